@@ -1,0 +1,5 @@
+"""plastica: slender viscoelastic rods whose natural shape evolves."""
+
+from plastica._version import __version__
+
+__all__ = ["__version__"]

@@ -1,0 +1,1 @@
+"""Grids on the unit interval: nodes, weights, integration and interpolation."""

@@ -1,0 +1,1 @@
+"""Pictures, films and pages of finished results. Nothing here solves anything."""

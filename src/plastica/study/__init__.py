@@ -1,0 +1,1 @@
+"""Studies: the scenario a user writes, and how it is run."""
