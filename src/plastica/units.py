@@ -50,7 +50,7 @@ _NUMBER: Final = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY: Final = re.compile(rf"\s*[+-]?(?>{_NUMBER})(?:\s*[A-Za-zµμ°Ω]|\s+\d)")
 _LEADING: Final = re.compile(rf"\s*([+-]?{_NUMBER})", re.A)
 _NOT_A_NUMBER: Final = re.compile(r"\s*[+-]?(?:nan|inf|infinity)\b", re.IGNORECASE)
-_TOKEN: Final = re.compile(rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>[a-zA-Z_]+)|(?P<sign>\*\*|[*/()^-]))", re.A)
+_TOKEN: Final = re.compile(rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>[a-zA-Z_]+)|(?P<sign>\*\*|[*/()^-]))")
 _SPELLINGS: Final = str.maketrans({"µ": "u", "μ": "u", "·": "*", "²": "**2", "³": "**3", "Ω": "ohm"})
 
 _PREFIXES: Final = {"": 0, "n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
@@ -366,7 +366,7 @@ def _power(factor: Fraction, exponent: Fraction) -> Fraction:
 @lru_cache(maxsize=512)
 def _named_unit(name: str) -> _Unit | None:
     """Return a unit by its name, from the table of the SI if it is there, else from pint."""
-    seconds = _SECONDS.get(name) or _SECONDS.get(name.removesuffix("s"))
+    seconds = _SECONDS.get(name.removesuffix("s") if len(name) > 3 else name)
     if seconds is not None:
         return _Unit(Fraction(seconds), _mechanical((0, 0, 1)))
     if name in ("K", "kelvin"):

@@ -1,0 +1,202 @@
+"""Text -> symbolic expression -> callables with exact derivatives.
+
+The text is untrusted: `plastica.material.reader` admits a short list of things and evaluates nothing. SymPy
+is loaded when the first text is read.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+from plastica.errors import ArgumentError
+
+if TYPE_CHECKING:
+    from plastica.material.compiled import ArrayFunction, ScalarFunction
+
+__all__ = ["FUNCTIONS", "Breakpoint", "Expression", "breakpoints", "check_name", "parse", "symbol"]
+
+FUNCTIONS: Final = (
+    "pos", "abs", "exp", "log", "sin", "cos", "tan", "tanh", "sinh", "cosh", "sqrt", "atan",
+)  # fmt: skip
+"""The functions of every expression; load and shape text has `step` besides."""
+
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+
+
+@dataclass(frozen=True)
+class Breakpoint:
+    """Where an expression jumps ("jump") or has a kink ("kink")."""
+
+    position: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A formula in one variable and named parameters, made by `parse`.
+
+    Attributes
+    ----------
+    text : str
+        What the user wrote.
+    variable : str or None
+        The variable, or None for a constant.
+    parameters : tuple of str
+        The parameters that occur.
+    allow_step : bool
+        Whether `step` may occur.
+    order : int
+        How many times the text has been differentiated.
+    tree : sympy.Expr
+        The symbolic form.
+    """
+
+    text: str
+    variable: str | None
+    parameters: tuple[str, ...]
+    allow_step: bool
+    order: int = 0
+    tree: Any = field(default=None, compare=False, repr=False)
+
+    def derivative(self, order: int = 1) -> Expression:
+        """Return the exact derivative with respect to the variable."""
+        from plastica.material.functions import derive
+
+        tree = self.tree
+        for _ in range(order):
+            tree = derive(tree, symbol(self.variable or ""))
+        return replace(self, order=self.order + order, tree=tree)
+
+    def scalar(
+        self, values: Mapping[str, float], argument_scale: float = 1.0, value_scale: float = 1.0
+    ) -> ScalarFunction:
+        """Compile x -> value_scale * g(argument_scale * x) for one float, quickly, without NumPy."""
+        from plastica.material.compiled import scalar_function
+
+        return scalar_function(self.tree, self._variable(), values, argument_scale, value_scale)
+
+    def vector(
+        self, values: Mapping[str, float], argument_scale: float = 1.0, value_scale: float = 1.0
+    ) -> ArrayFunction:
+        """Compile x -> value_scale * g(argument_scale * x) for arrays."""
+        from plastica.material.compiled import array_function
+
+        return array_function(self.tree, self._variable(), values, argument_scale, value_scale)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.text, self.variable, self.parameters, self.allow_step, self.order)
+
+    def _variable(self) -> Any:
+        return None if self.variable is None else symbol(self.variable)
+
+
+def parse(
+    text: str, *, variable: str | None, parameters: Iterable[str] = (), allow_step: bool = False, where: str
+) -> Expression:
+    """Read an expression.
+
+    Parameters
+    ----------
+    text : str
+        ASCII, one line, at most 500 characters: numbers, `pi`, the variable, the parameters, + - * / **,
+        parentheses and the functions in `FUNCTIONS`.
+    variable : str or None
+        The variable's name; None for a constant.
+    parameters : iterable of str
+        Names that may occur besides.
+    allow_step : bool
+        Whether `step(a + b*variable)` may occur: 1 where its argument is at least 0, else 0.
+    where : str
+        The argument or key that messages name.
+
+    Returns
+    -------
+    Expression
+        The symbolic expression.
+
+    Raises
+    ------
+    ArgumentError
+        If the text is anything else, too large, or not finite.
+    """
+    from plastica.material.reader import read_tree
+
+    declared = tuple(parameters)
+    for name in declared:
+        check_name(name, variable=variable, where=where)
+    tree, names = read_tree(text, variable, declared, allow_step, where)
+    return Expression(text, variable, tuple(name for name in declared if name in names), allow_step, 0, tree)
+
+
+def check_name(name: object, *, variable: str | None = None, where: str = "parameters") -> str:
+    """Return a parameter's name, if it is one that no function, constant, variable or Python keyword has.
+
+    Raises
+    ------
+    ArgumentError
+        If it is not.
+    """
+    import keyword
+
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        rule = "must have names of letters, digits and _ that begin with a letter (40 at most)"
+        raise ArgumentError(rule, where=where, value=name)
+    if name in (*FUNCTIONS, "step", "pi", variable) or keyword.iskeyword(name):
+        rule = f"must not have a parameter named {name!r}, which has a meaning already"
+        raise ArgumentError(rule, where=where, next_step="Choose another name.")
+    return name
+
+
+def breakpoints(expression: Expression, values: Mapping[str, float]) -> tuple[Breakpoint, ...]:
+    """Find where an expression jumps or has a kink: at the zeros of linear arguments of step, pos and abs.
+
+    Parameters
+    ----------
+    expression : Expression
+        The expression, in t or s.
+    values : mapping of str to float
+        Values of its parameters.
+
+    Returns
+    -------
+    tuple of Breakpoint
+        In ascending order, one per position; a jump takes precedence over a kink.
+    """
+    from plastica.material import functions as fn
+    from plastica.material.compiled import constant_value
+
+    if expression.variable is None:
+        return ()
+    variable = symbol(expression.variable)
+    found: dict[float, str] = {}
+    for node in expression.tree.atoms(fn.pos, fn.absolute, *fn.STEP_LIKE):
+        slope = fn.derive(node.args[0], variable)
+        if fn.depends(slope, variable):
+            continue
+        a, b = constant_value(slope, values), constant_value(node.args[0].xreplace({variable: 0}), values)
+        if a == 0.0 or not math.isfinite(b / a):
+            continue
+        position = -b / a + 0.0
+        jumps = isinstance(node, fn.STEP_LIKE) or found.get(position) == "jump"
+        found[position] = "jump" if jumps else "kink"
+    return tuple(Breakpoint(position, found[position]) for position in sorted(found))
+
+
+def _restored(
+    text: str, variable: str | None, parameters: tuple[str, ...], allow_step: bool, order: int
+) -> Expression:
+    made = parse(text, variable=variable, parameters=parameters, allow_step=allow_step, where="expression")
+    return made.derivative(order) if order else made
+
+
+@lru_cache(maxsize=256)
+def symbol(name: str) -> Any:
+    """Return the symbol of a name, without assumptions, which would rewrite what the user wrote."""
+    import sympy as sp
+
+    return sp.Symbol(name)
