@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 from numbers import Real
-from typing import TypeVar
+from typing import Any
 
-from plastica import units
 from plastica.errors import ArgumentError
+from plastica.units import quantity
 
 __all__ = ["Amount", "finite", "plain", "positive"]
 
 Amount = str | float
 """A number in SI units, or text with a unit such as ``"250 mm"``."""
 
-Given = TypeVar("Given")
 
-
-def plain(value: Given) -> Given | float:
+def plain(value: object) -> Any:
     """Return a number of any type as a float, and anything else as it is.
 
     Parameters
@@ -62,7 +60,7 @@ def finite(value: object, unit: str, where: str) -> float:
     """
     number = plain(value)
     if isinstance(number, str):
-        number = units.quantity(number, unit, where=where, bare=False)
+        number = quantity(number, unit, where=where, bare=False)
     if not isinstance(number, float):
         rule = f'must be a number in {unit}, or text with a unit such as "1 {unit}"'
         raise ArgumentError(rule, where=where, value=value)

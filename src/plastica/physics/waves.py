@@ -1,0 +1,356 @@
+"""Load programs that are curves: trains of sine waves, and text in t."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, ClassVar, Final, final
+
+import numpy as np
+
+from plastica.errors import ArgumentError
+from plastica.physics.polyline import Array, Knot, Piece, near
+from plastica.physics.program import Program, finite_fields, time_words, value_words
+
+if TYPE_CHECKING:
+    from plastica.material.expression import Expression
+
+__all__ = ["LARGEST_COUNT", "Sine", "Text", "check_train", "train_words"]
+
+LARGEST_COUNT: Final = 1_000_000
+_TRAIN: Final = ("low", "high", "period", "start")
+
+
+def check_train(program: Any) -> None:
+    """Refuse impossible cycles: a period that is not positive or is lost beside the start, an absurd count.
+
+    Parameters
+    ----------
+    program : Sine or Cycles
+        The program, during its construction.
+
+    Raises
+    ------
+    ArgumentError
+        If a field is out of range.
+    """
+    finite_fields(program, _TRAIN)
+    if program.start < 0.0:
+        raise ArgumentError("must not be negative", where="start", value=program.start)
+    if not program.period >= max(1e-9 * program.start, 1e-300):
+        rule = "must be positive, and at least 1e-9 of the start"
+        raise ArgumentError(rule, where="period", value=program.period)
+    count = program.count
+    if count is not None and (type(count) is not int or not 1 <= count <= LARGEST_COUNT):
+        raise ArgumentError(f"must be a whole number from 1 to {LARGEST_COUNT}", where="count", value=count)
+    if not math.isfinite(program.start + program.period * (count or 1) * 4.0):
+        raise ArgumentError("must end at a finite time", where="period", value=program.period)
+
+
+def train_words(program: Any, shape: str, value_unit: str, time_unit: str) -> str:
+    """Say in words what a train of cycles does.
+
+    Parameters
+    ----------
+    program : Sine or Cycles
+        The program.
+    shape : str
+        The form of one cycle.
+    value_unit, time_unit : str
+        Units of the numbers, "" for none.
+
+    Returns
+    -------
+    str
+        Such as "10 triangle cycles of 1 h between 0 N and 3 N".
+    """
+    low, high = (value_words(each, value_unit) for each in (program.low, program.high))
+    count = "endless" if program.count is None else str(program.count)
+    noun = "cycle" if program.count == 1 else "cycles"
+    after = f", from {time_words(program.start, time_unit)} on" if program.start else ""
+    return (
+        f"{count} {shape} {noun} of {time_words(program.period, time_unit)} between {low} and {high}{after}"
+    )
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Sine(Program):
+    """A train of waves low + (high − low)(1 − cos 2π(t − start)/period)/2; low before and after it.
+
+    Parameters
+    ----------
+    low, high : float
+        Least and greatest value.
+    period : float
+        Length of a wave.
+    count : int or None
+        How many waves; None for ever.
+    start : float
+        When they begin.
+
+    Raises
+    ------
+    ArgumentError
+        If a number is out of range.
+    """
+
+    kind: ClassVar[str] = "sine"
+    low: float
+    high: float
+    period: float
+    count: int | None = None
+    start: float = 0.0
+
+    def _validate(self) -> None:
+        check_train(self)
+
+    def _scaled(self, time: float, value: float) -> Sine:
+        return replace(
+            self,
+            low=self.low / value,
+            high=self.high / value,
+            period=self.period / time,
+            start=self.start / time,
+        )
+
+    @property
+    def _end(self) -> float:
+        return math.inf if self.count is None else self.start + self.count * self.period
+
+    def _values(self, t: Array) -> Array:
+        waves = (np.clip(t, self.start, self._end) - self.start) / self.period
+        return self.low + (self.high - self.low) * (0.5 - 0.5 * np.cos(2.0 * np.pi * (waves % 1.0)))
+
+    def _values_before(self, t: Array) -> Array:
+        return self._values(t)
+
+    @property
+    def constant(self) -> bool:
+        """Whether low and high are the same."""
+        return self.low == self.high
+
+    def on(self, a: float, b: float) -> Piece:
+        """Return the program on [a, b]; see `Program.on`."""
+        low, start, end, period = self.low, self.start, self._end, self.period
+        half, cos, turn = 0.5 * (self.high - self.low), math.cos, 2.0 * math.pi
+        if self.constant or b <= start or a >= end:
+            return low
+        if start <= a and b <= end:
+            return lambda t: low + half * (1.0 - cos(turn * ((t - start) / period % 1.0)))
+        return lambda t: low + half * (1.0 - cos(turn * ((min(max(t, start), end) - start) / period % 1.0)))
+
+    def knots(self, until: float) -> tuple[Knot, ...]:
+        """Return the begin and the end of the train; see `Program.knots` and `Knot`."""
+        steepest = math.pi * (self.high - self.low) / self.period
+        ends = ((self.start, steepest), (self._end, -steepest))
+        return tuple(Knot(t, "slope", size) for t, size in ends if 0.0 < t <= until and size)
+
+    def variation(self, until: float) -> float:
+        """Return the total variation on [0, until], exactly."""
+        waves = max(min(until, self._end) - self.start, 0.0) / self.period
+        halves = math.floor(2.0 * waves)
+        rest = 0.5 - 0.5 * math.cos(math.pi * (2.0 * waves - halves))
+        return abs(self.high - self.low) * (halves + rest)
+
+    def extreme(self, until: float) -> tuple[float, float]:
+        """Return the least and the greatest value on [0, until], exactly."""
+        reached = self.high if until >= self.start + 0.5 * self.period else self(until)
+        return min(self.low, reached), max(self.low, reached)
+
+    def describe(self, value_unit: str = "", time_unit: str = "") -> str:
+        """Say in words what the program does; see `Program.describe`."""
+        return train_words(self, "sine", self.value_unit or value_unit, self.time_unit or time_unit)
+
+
+@lru_cache(maxsize=256)
+def _read(text: str, names: tuple[str, ...]) -> Expression:
+    from plastica.material.expression import parse
+
+    return parse(text, variable="t", parameters=names, allow_step=True, where="load")
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Text(Program):
+    """A program written as text in t, such as "3*step(t - 1) + sin(t)".
+
+    Parameters
+    ----------
+    text : str
+        The expression.
+    parameters : tuple of (name, value)
+        Values of its named parameters.
+    time_scale, value_scale : float
+        The program is text(t · time_scale) / value_scale.
+
+    Raises
+    ------
+    ArgumentError
+        If the text is no expression in t, or a parameter is not finite.
+    """
+
+    kind: ClassVar[str] = "text"
+    text: str
+    parameters: tuple[tuple[str, float], ...] = ()
+    time_scale: float = 1.0
+    value_scale: float = 1.0
+
+    def _validate(self) -> None:
+        finite_fields(self, ("time_scale", "value_scale"))
+        if not self.time_scale > 0.0 or self.value_scale == 0.0:
+            raise ArgumentError("must be positive", where="time_scale", value=self.time_scale)
+        if not isinstance(self.text, str):
+            raise ArgumentError("must be text", where="text", value=self.text)
+        for pair in self.parameters:
+            if len(pair) != 2 or not isinstance(pair[0], str) or not isinstance(pair[1], float):
+                raise ArgumentError("must be names with numbers", where="parameters", value=pair)
+            if not math.isfinite(pair[1]):
+                raise ArgumentError("must be finite", where=f"parameters.{pair[0]}", value=pair[1])
+        _ = self._jumps
+
+    @cached_property
+    def _expression(self) -> Expression:
+        return _read(self.text, tuple(name for name, _ in self.parameters))
+
+    @cached_property
+    def _breaks(self) -> tuple[tuple[float, str], ...]:
+        from plastica.material.expression import breakpoints
+
+        found = breakpoints(self._expression, dict(self.parameters))
+        return tuple((point.position / self.time_scale, point.kind) for point in found)
+
+    @cached_property
+    def _jumps(self) -> tuple[float, ...]:
+        return tuple(sorted({t for t, kind in self._breaks if kind == "jump"}))
+
+    def _scalar(self, order: int = 0) -> Callable[[float], float]:
+        expression = self._expression.derivative(order) if order else self._expression
+        factor = self.time_scale**order / self.value_scale
+        scalar: Callable[[float], float] = expression.scalar(dict(self.parameters), self.time_scale, factor)
+        return scalar
+
+    def _vector(self, order: int = 0) -> Callable[[Array], Array]:
+        expression = self._expression.derivative(order) if order else self._expression
+        factor = self.time_scale**order / self.value_scale
+        vector: Callable[[Array], Array] = expression.vector(dict(self.parameters), self.time_scale, factor)
+        return vector
+
+    def _scaled(self, time: float, value: float) -> Text:
+        return replace(self, time_scale=self.time_scale * time, value_scale=self.value_scale * value)
+
+    def _beside(self, t: Array, side: float) -> Array:
+        """Evaluate, on a jump the limit from the given side, whichever way the jump's own time is rounded."""
+        evaluate = self._vector()
+        values = evaluate(t)
+        shift = side * 16.0 * np.spacing(np.abs(t))
+        here, there = evaluate(t + shift), evaluate(t - shift)
+        with np.errstate(invalid="ignore"):
+            wrong = np.isin(t, self._jumps) & (np.abs(values - there) < np.abs(values - here))
+        return np.where(wrong, here, values)
+
+    def _values(self, t: Array) -> Array:
+        return self._beside(t, 1.0)
+
+    def _values_before(self, t: Array) -> Array:
+        return self._beside(t, -1.0)
+
+    @cached_property
+    def _flat(self) -> bool:
+        """Whether it is constant between its jumps."""
+        return bool(self._expression.derivative().tree == 0)
+
+    @property
+    def constant(self) -> bool:
+        """Whether the text says the same at all t ≥ 0."""
+        return self._flat and not any(t > 0.0 for t in self._jumps)
+
+    def on(self, a: float, b: float) -> Piece:
+        """Return the program on [a, b]; see `Program.on`."""
+        low, high = a, b
+        for jump in self._jumps[bisect_left(self._jumps, a - near(a)) :]:
+            if jump > b + near(b):
+                break
+            if abs(jump - a) <= near(a):
+                low = max(low, jump + near(jump))
+            elif abs(jump - b) <= near(b):
+                high = min(high, jump - near(jump))
+            else:
+                raise ArgumentError("must hold no jump inside", where="interval", value=(a, b))
+        value = self._scalar()
+        if self._flat:
+            return value(0.5 * (low + high))
+        if (low, high) == (a, b):
+            return value
+        return lambda t: value(low if t < low else min(t, high))
+
+    def knots(self, until: float) -> tuple[Knot, ...]:
+        """Return the jumps and kinks in (0, until]; see `Program.knots`."""
+        inside = sorted({t for t, _ in self._breaks if 0.0 < t <= until})
+        return tuple(knot for knot in map(self._knot, inside) if knot.size)
+
+    def _knot(self, t: float) -> Knot:
+        value, slope = self._scalar(), self._scalar(1)
+        after, before = t + near(t), t - near(t)
+        jump = self(t) - self.before(t)
+        rounding = 1e-14 * abs(value(after)) + 4.0 * near(t) * (abs(slope(after)) + abs(slope(before)))
+        if t in self._jumps and not abs(jump) <= rounding:
+            return Knot(t, "jump", jump)
+        return Knot(t, "slope", slope(after) - slope(before))
+
+    def _samples(self, until: float) -> list[Array]:
+        """Return times to look at between breaks: dense everywhere, and denser after each break."""
+        breaks = [t for t, _ in self._breaks if 0.0 < t < until]
+        ends = sorted({0.0, *breaks, until})
+        even = np.linspace(0.0, 1.0, max(4096 // len(ends), 64) + 1)
+        share = np.union1d(even, np.logspace(-12.0, 0.0, 512))
+        return [
+            np.clip(a + (b - a) * share, a + (near(a) if a else 0.0), b - near(b)) for a, b in pairwise(ends)
+        ]
+
+    def variation(self, until: float) -> float:
+        """Return an estimate from above of the total variation on [0, until], from sampled slopes."""
+        slope, pieces = self._vector(1), self._samples(until)
+        total = math.fsum(abs(knot.size) for knot in self.knots(until) if knot.kind == "jump")
+        for t in pieces:
+            values = self._finite(t)
+            middle = 0.5 * (t[1:] + t[:-1])
+            steep = np.abs(np.stack((slope(t)[1:], slope(middle), slope(t)[:-1]))).max(axis=0)
+            steep = np.where(np.isfinite(steep), steep, 0.0)
+            total += math.fsum(np.maximum(np.abs(np.diff(values)), steep * np.diff(t)))
+        return total
+
+    def extreme(self, until: float) -> tuple[float, float]:
+        """Return the least and the greatest value on [0, until], as far as samples show."""
+        ends = self._finite(np.array([0.0, until]))
+        found = [float(each) for each in ends]
+        for t in self._samples(until):
+            values = self._finite(t)
+            found += [self._peak(t, values, 1.0), self._peak(t, values, -1.0)]
+        return min(found), max(found)
+
+    def _peak(self, t: Array, values: Array, sign: float) -> float:
+        """Return the greatest (sign 1) or least (-1) value near the samples, looking twice more closely."""
+        for _ in range(2):
+            best = int(np.argmax(sign * values))
+            t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, len(t) - 1)], 129)
+            values = np.append(self._finite(t), values[best])
+            t = np.append(t, t[-1])
+        return float(sign * (sign * values).max())
+
+    def _finite(self, t: Array) -> Array:
+        values = self._values(t)
+        if not np.isfinite(values).all():
+            at = float(t[~np.isfinite(values)][0]) * self.time_scale
+            rule = f"must be finite during the run, but is not at t = {at:.6g}"
+            raise ArgumentError(rule, where="text")
+        return values
+
+    def describe(self, value_unit: str = "", time_unit: str = "") -> str:
+        """Say in words what the program does; see `Program.describe`."""
+        values = "".join(f", {name} = {value:.6g}" for name, value in self.parameters)
+        return f"{self.text} with t in {time_unit or 'units of the retardation time'}{values}"
