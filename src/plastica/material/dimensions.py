@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import reduce
 from typing import Any, NoReturn
 
 import sympy as sp
@@ -71,20 +72,11 @@ def dimension_of_tree(
     def walk(part: Any) -> Dimension | None:
         if part.is_Symbol:
             return known[part.name]
-        if part.is_Add:
-            return total(part)
-        if part.is_Pow:
-            return power(part)
-        if part.is_Mul:
-            result = DIMENSIONLESS
-            for factor in part.args:
-                result = unit_product(result, walk(factor) or DIMENSIONLESS)
-            return result
-        if isinstance(part, (fn.pos, fn.absolute)):
-            return walk(part.args[0])
-        if isinstance(part, fn.STEP_LIKE):
-            return DIMENSIONLESS
-        if part.args:
+        if part.is_Add or part.is_Pow:
+            return total(part) if part.is_Add else power(part)
+        if part.is_Mul or isinstance(part, (fn.pos, fn.absolute)):
+            return reduce(unit_product, [walk(factor) or DIMENSIONLESS for factor in part.args])
+        if part.args and not isinstance(part, fn.STEP_LIKE):
             pure(part.args[0], f"arguments of {part.func.__name__}")
         return None if part.is_zero else DIMENSIONLESS
 

@@ -1,8 +1,8 @@
 """The functions a law may use, as SymPy classes, and exact differentiation of trees made of them.
 
 SymPy's own `Abs`, `Max` and `Heaviside` rewrite themselves into piecewise forms with assumptions; these stay
-what they are. The rule for powers keeps d(b**p) = p*b**(p-1)*b', which is defined where b vanishes, while SymPy's
-p*b**p/b*b' is 0/0 there.
+what they are. The rule for powers keeps d(b**p) = p*b**(p-1)*b', which is defined where b vanishes, while
+SymPy's p*b**p/b*b' is 0/0 there.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ _VARIABLE_DIMENSIONS: Final = {"m": "1/m", "x": "N*m**2"}
 
 @dataclass(frozen=True)
 class Law:
-    """One law with numbers for its parameters: u -> value_scale * g(argument_scale * u), and its exact derivatives.
+    """One law with its numbers: u -> value_scale * g(argument_scale * u), and its exact derivatives.
 
     Attributes
     ----------
@@ -122,14 +122,16 @@ class Material:
 
     def __post_init__(self) -> None:
         if not isinstance(self.parameters, Mapping):
-            raise ArgumentError("must be a mapping of names to numbers", where="parameters", value=self.parameters)
+            rule = "must be a mapping of names to numbers"
+            raise ArgumentError(rule, where="parameters", value=self.parameters)
         given = {check_name(name): _stored(name, value) for name, value in self.parameters.items()}
         object.__setattr__(self, "parameters", MappingProxyType(given))
         used = {name for law in LAWS for name in self.expressions[law].parameters}
         unused = [name for name in given if name not in used]
         if unused:
             rule = f"must occur in a law, and {', '.join(map(repr, unused))} does not"
-            raise ArgumentError(rule, where="parameters", next_step="Remove it, or mend the law that should use it.")
+            next_step = "Remove it, or mend the law that should use it."
+            raise ArgumentError(rule, where="parameters", next_step=next_step)
         _check_dimensions(self)
 
     def __hash__(self) -> int:
@@ -144,9 +146,10 @@ class Material:
     def expressions(self) -> Mapping[str, Expression]:
         """The three laws, read: by name."""
         names = tuple(self.parameters)
-        return MappingProxyType(
-            {law: parse(getattr(self, law), variable=v, parameters=names, where=law) for law, v in LAWS.items()}
-        )
+        read = {
+            law: parse(getattr(self, law), variable=v, parameters=names, where=law) for law, v in LAWS.items()
+        }
+        return MappingProxyType(read)
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -160,7 +163,7 @@ class Material:
 
     @cached_property
     def well(self) -> float | None:
-        """The positive natural curvature m1 that is preferred as much as 0, kappa(m1) = 0; None if there is none."""
+        """The positive natural curvature m1 preferred as much as 0, kappa(m1) = 0; None if there is none."""
         from plastica.material.admissibility import positive_zero
 
         return positive_zero(self.expressions["preference"], self.values)
@@ -261,5 +264,3 @@ def _check_dimensions(material: Material) -> None:
             rule = f"must come to {_DIMENSIONS[law]} (that is {units.dimension_text(due)})"
             what = f"Its unit comes to {units.dimension_text(found)}: mend the units of {', '.join(texts)}."
             raise ArgumentError(rule, where=law, value=expression.text, next_step=what)
-
-

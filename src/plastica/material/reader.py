@@ -1,7 +1,8 @@
 """The reader of untrusted formulas: characters, tokens, size, and a whitelist of Python's syntax nodes.
 
-Nothing is ever evaluated. Constants are folded in floats, exponents and sizes bounded, so that no text can keep
-the program busy: SymPy's own parser would run code, and its exact arithmetic never ends on a tower of exponents.
+Nothing is ever evaluated. Constants are folded in floats, exponents and sizes bounded, so that no text can
+keep the program busy: SymPy's own parser would run code, and its exact arithmetic never ends on a tower of
+exponents.
 """
 
 from __future__ import annotations
@@ -211,7 +212,8 @@ class _Reader:
             self.refuse("must be free of step(), which belongs in load and shape text")
         if name not in CALLABLE:
             listed = ", ".join(FUNCTIONS + (("step",) if self.allow_step else ()))
-            self.refuse(f"must call listed functions only, which {name or 'this'!r} is not", f"Listed: {listed}.")
+            what = f", which {name!r} is not" if name else ""
+            self.refuse(f"must call only listed functions{what}", f"Listed: {listed}.")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
             self.refuse(f"must give {name} exactly one argument")
         argument = self.read(node.args[0])
