@@ -1,5 +1,77 @@
-"""plastica: slender viscoelastic rods whose natural shape evolves."""
+"""plastica: slender viscoelastic rods whose natural shape evolves.
+
+The public nouns and verbs; each is imported when it is first used, so that ``import plastica`` is quick.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from plastica._version import __version__
 
-__all__ = ["__version__"]
+if TYPE_CHECKING:
+    from plastica.material import catalogue
+    from plastica.material.admissibility import Verdict
+    from plastica.material.material import Material
+    from plastica.motion.initial import Shape, piecewise
+    from plastica.motion.solution import Solution
+    from plastica.motion.solve import solve
+    from plastica.motion.status import Status
+    from plastica.motion.store import read
+    from plastica.numerics.grid import Grid
+    from plastica.physics import programs
+    from plastica.physics.ledger import Ledger
+    from plastica.physics.load import Load
+    from plastica.physics.scales import Specimen
+    from plastica.physics.strut import Strut
+
+_HOMES = {
+    "Grid": "plastica.numerics.grid",
+    "Ledger": "plastica.physics.ledger",
+    "Load": "plastica.physics.load",
+    "Material": "plastica.material.material",
+    "Shape": "plastica.motion.initial",
+    "Solution": "plastica.motion.solution",
+    "Specimen": "plastica.physics.scales",
+    "Status": "plastica.motion.status",
+    "Strut": "plastica.physics.strut",
+    "Verdict": "plastica.material.admissibility",
+    "piecewise": "plastica.motion.initial",
+    "read": "plastica.motion.store",
+    "solve": "plastica.motion.solve",
+}
+_MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
+
+__all__ = [
+    "Grid",
+    "Ledger",
+    "Load",
+    "Material",
+    "Shape",
+    "Solution",
+    "Specimen",
+    "Status",
+    "Strut",
+    "Verdict",
+    "__version__",
+    "catalogue",
+    "piecewise",
+    "programs",
+    "read",
+    "solve",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    elif name in _MODULES:
+        value = import_module(_MODULES[name])
+    else:
+        raise AttributeError(f"module 'plastica' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

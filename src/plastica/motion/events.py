@@ -1,0 +1,94 @@
+"""What happened on the way, read off a finished history."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.motion.plan import landing_points
+from plastica.motion.status import Event
+
+if TYPE_CHECKING:
+    from plastica.motion.solution import Solution
+
+__all__ = ["events"]
+
+Array = NDArray[np.float64]
+
+
+def events(solution: Solution) -> tuple[Event, ...]:
+    """Return onsets and arrests of yielding, knots of the loads and quarter turns of the tip, in order of time.
+
+    Onset and arrest are the switches at which the integrator landed; a quarter turn, the passage of the tip angle
+    through +-pi/2, is located on the history to rounding.
+    """
+    found = [*_yielding(solution), *_loads(solution), *_quarter_turns(solution)]
+    return tuple(sorted(found, key=lambda event: event.t))
+
+
+def _yielding(solution: Solution) -> list[Event]:
+    strut, history = solution.model, solution.history
+    starts, moving = solution.legs
+    out = []
+    if moving[0]:
+        out.append(_switch(solution, starts[0], onset=True, sentence="yields from the start"))
+    ends = np.append(starts[1:], history.end)
+    for before, after, t in zip(moving[:-1], moving[1:], ends, strict=True):
+        if before != after:
+            out.append(_switch(solution, t, onset=bool(after), sentence=""))
+    _ = strut
+    return out
+
+
+def _switch(solution: Solution, t: float, *, onset: bool, sentence: str) -> Event:
+    strut = solution.model
+    n = strut.grid.size
+    state = solution.history([t])[0]
+    drive = float(strut.drive(state[:n], state[n]))
+    side = 1 if drive > 0.0 else -1
+    words = sentence or ("starts to yield" if onset else "stops yielding")
+    toward = "positive" if side > 0 else "negative"
+    return Event(float(t) * strut.scales.time, "onset" if onset else "arrest", side, f"{words}, drive {toward}")
+
+
+def _loads(solution: Solution) -> list[Event]:
+    strut, history = solution.model, solution.history
+    landed = set(landing_points(strut, history.end))
+    return [
+        Event(
+            knot.t * strut.scales.time,
+            knot.kind,
+            0,
+            "a load jumps" if knot.kind == "jump" else "a load bends",
+        )
+        for knot in strut.loads.knots(history.end)
+        if knot.t in landed and history.start < knot.t
+    ]
+
+
+def _quarter_turns(solution: Solution) -> list[Event]:
+    from scipy.optimize import brentq
+
+    strut, history = solution.model, solution.history
+    n, w = strut.grid.size, strut.grid.w
+    tip = history.y[:, :n] @ w
+    out = []
+    for side in (1, -1):
+        beyond = tip * side - 0.5 * np.pi
+        for i in np.nonzero((beyond[:-1] < 0.0) != (beyond[1:] < 0.0))[0]:
+            lower, upper = history.t[i], history.t[i + 1]
+            if upper <= lower:
+                continue
+
+            def gap(t: float, side: int = side) -> float:
+                return float(history([t])[0, :n] @ w) * side - 0.5 * np.pi
+
+            if gap(lower) * gap(upper) > 0.0:
+                continue
+            t = brentq(gap, lower, upper, xtol=1e-14)
+            outward = beyond[i + 1] > beyond[i]
+            words = "turns past" if outward else "comes back through"
+            out.append(Event(t * strut.scales.time, "quarter_turn", side, f"the tip {words} {90 * side:+d} degrees"))
+    return out

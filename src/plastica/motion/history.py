@@ -1,0 +1,137 @@
+"""The state as a function of time: one polynomial per accepted step, kept by its values at Chebyshev points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError
+
+__all__ = ["History", "chebyshev_points"]
+
+Array = NDArray[np.float64]
+
+
+@cache
+def chebyshev_points(degree: int) -> Array:
+    """Chebyshev points of the second kind on [0, 1], increasing; shape (degree + 1,)."""
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(degree + 1) / degree))
+
+
+@cache
+def _barycentric_weights(degree: int) -> Array:
+    weights = (-1.0) ** np.arange(degree + 1)
+    weights[[0, -1]] *= 0.5
+    return np.asarray(weights)
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Piecewise polynomial in time, as accurate as the integrator's own dense output.
+
+    Attributes
+    ----------
+    t : ndarray, shape (m,)
+        Times of all nodes, step after step; the last node of a step is the accepted state.
+    y : ndarray, shape (m, size)
+        States at the nodes.
+    first : ndarray of int, shape (steps + 1,)
+        Where each step's nodes begin, and m at the end.
+    """
+
+    t: Array
+    y: Array
+    first: NDArray[np.int64]
+
+    @property
+    def steps(self) -> int:
+        """The number of steps."""
+        return self.first.size - 1
+
+    @property
+    def start(self) -> float:
+        """First time."""
+        return float(self.t[0])
+
+    @property
+    def end(self) -> float:
+        """Last time."""
+        return float(self.t[-1])
+
+    @property
+    def accepted(self) -> NDArray[np.int64]:
+        """Indices of the initial state and of the accepted states; shape (steps + 1,)."""
+        return np.concatenate([[0], self.first[1:] - 1])
+
+    @classmethod
+    def at_rest(cls, t: float, y: Array) -> History:
+        """The history of a run that did not take a step."""
+        return cls(np.array([t]), y[None, :].copy(), np.array([0], dtype=np.int64))
+
+    @classmethod
+    def join(cls, parts: Sequence[History]) -> History:
+        """Return histories that follow each other as one."""
+        offsets = np.cumsum([0] + [part.t.size for part in parts[:-1]])
+        first = [part.first[:-1] + offset for part, offset in zip(parts, offsets, strict=True)]
+        size = int(offsets[-1]) + parts[-1].t.size
+        return cls(
+            np.concatenate([part.t for part in parts]),
+            np.concatenate([part.y for part in parts]),
+            np.concatenate([*first, [size]]).astype(np.int64),
+        )
+
+    def __call__(self, times: ArrayLike) -> Array:
+        """Return the state at `times`.
+
+        Parameters
+        ----------
+        times : array_like, shape (k,)
+            Dimensionless times in [start, end].
+
+        Returns
+        -------
+        ndarray, shape (k, size)
+
+        Raises
+        ------
+        ArgumentError
+            Where a time lies outside what was computed.
+        """
+        query = np.atleast_1d(np.asarray(times, dtype=float))
+        if not np.all((query >= self.start) & (query <= self.end)):
+            raise ArgumentError(
+                f"must lie in [{self.start:g}, {self.end:g}] (dimensionless), where the motion was computed",
+                where="t",
+                value=query,
+            )
+        if self.steps == 0:
+            return np.repeat(self.y[:1], query.size, axis=0)
+        step = np.searchsorted(self.t[self.first[1:] - 1], query, side="left")
+        out = np.empty((query.size, self.y.shape[1]))
+        degree = np.diff(self.first) - 1
+        for d in np.unique(degree[step]):
+            chosen = np.nonzero(degree[step] == d)[0]
+            out[chosen] = self._polynomials(int(d), self.first[step[chosen]], query[chosen])
+        return out
+
+    def _polynomials(self, degree: int, first: NDArray[np.int64], query: Array) -> Array:
+        """Barycentric interpolation at each query on the step whose nodes begin at `first`."""
+        lower, upper = self.t[first], self.t[first + degree]
+        difference = ((query - lower) / (upper - lower))[:, None] - chebyshev_points(degree)
+        # The ends are hit often (they are the accepted states) and must come out bitwise.
+        difference[query == lower, 0] = 0.0
+        difference[query == upper, -1] = 0.0
+        on_node = difference == 0.0
+        difference[on_node] = 1.0
+        terms = _barycentric_weights(degree) / difference
+        terms /= terms.sum(axis=1, keepdims=True)
+        hit = on_node.any(axis=1)
+        terms[hit] = on_node[hit]
+        out = np.zeros((query.size, self.y.shape[1]))
+        for j in range(degree + 1):
+            out += terms[:, j, None] * self.y[first + j]
+        return out

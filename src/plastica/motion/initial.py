@@ -1,0 +1,216 @@
+"""The shape a rod starts from: number, text in s, pieces, function or nodal values, brought onto a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError, shown
+from plastica.material.expression import breakpoints, parse
+from plastica.numerics.grid import Grid
+from plastica.physics.scales import Scales
+from plastica.units import looks_like_quantity, quantity
+
+__all__ = ["Curvature", "Shape", "initial_natural_curvature", "initial_shape", "piecewise"]
+
+Array = NDArray[np.float64]
+
+LARGEST_CURVATURE = 1e6
+"""In units of 1/L: a rod that turns 160 000 times is a mistake of units."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A curvature as a function of arc length, with the places where it jumps or has a kink.
+
+    Attributes
+    ----------
+    function : callable
+        Arc length (m, or units of L) to curvature (1/m, or 1/L); takes and returns arrays.
+    breaks : tuple of float
+        Arc lengths at which an element must end for spectral accuracy.
+    words : str
+        What it is, for people.
+    """
+
+    function: Callable[[Array], ArrayLike]
+    breaks: tuple[float, ...] = ()
+    words: str = "a function of s"
+
+
+Curvature = float | str | Shape | Callable[[Array], ArrayLike] | Sequence[float] | Array
+"""What may be given as an initial curvature."""
+
+
+def piecewise(breaks: Sequence[float], pieces: Sequence[float | str]) -> Shape:
+    """Return the shape that is pieces[i] between breaks[i-1] and breaks[i].
+
+    Parameters
+    ----------
+    breaks : sequence of float
+        Where one piece ends and the next begins, increasing, strictly inside the rod.
+    pieces : sequence of float or str
+        One more than breaks: numbers or texts in s.
+
+    Returns
+    -------
+    Shape
+
+    Raises
+    ------
+    ArgumentError
+        Where the counts do not fit, the breaks do not increase or a piece cannot be read.
+
+    Examples
+    --------
+    >>> shape = piecewise([0.5], [2.0, "-s"])
+    """
+    ends = tuple(_number(b, "breaks") for b in breaks)
+    if any(b <= a for a, b in pairwise(ends)):
+        raise ArgumentError("must increase", where="breaks", value=ends)
+    if len(pieces) != len(ends) + 1:
+        raise ArgumentError(f"must be one more than the {len(ends)} breaks", where="pieces", value=len(pieces))
+    shapes = [_shape(piece, f"pieces[{i}]") for i, piece in enumerate(pieces)]
+
+    def function(s: Array) -> Array:
+        index = np.searchsorted(np.asarray(ends), s, side="right")
+        out = np.empty(np.shape(s))
+        for i, shape in enumerate(shapes):
+            out[index == i] = np.broadcast_to(shape.function(s), np.shape(s))[index == i]
+        return out
+
+    lower, upper = (-np.inf, *ends), (*ends, np.inf)
+    inner = tuple(b for lo, hi, shape in zip(lower, upper, shapes, strict=True) for b in shape.breaks if lo < b < hi)
+    words = "; ".join(shape.words for shape in shapes)
+    return Shape(function, tuple(sorted({*ends, *inner})), f"in pieces: {words}")
+
+
+def _number(value: object, where: str) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise ArgumentError("must be a number", where=where, value=value) from None
+    if not np.isfinite(number):
+        raise ArgumentError("must be finite", where=where, value=value)
+    return number
+
+
+def _shape(value: object, where: str) -> Shape:
+    """Read a number, a text or a function as a shape, in the user's units."""
+    if isinstance(value, Shape):
+        return value
+    if isinstance(value, str):
+        if looks_like_quantity(value):
+            constant = quantity(value, "1/m", where=where, bare=False)
+            return Shape(lambda s: np.full(np.shape(s), constant), (), value)
+        expression = parse(value, variable="s", allow_step=True, where=where)
+        positions = tuple(point.position for point in breakpoints(expression, {}))
+        return Shape(expression.vector({}), positions, value)
+    if callable(value):
+        return Shape(value)
+    constant = _number(value, where)
+    return Shape(lambda s: np.full(np.shape(s), constant), (), f"{constant:g}")
+
+
+def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool) -> tuple[Shape, Grid]:
+    """Return the initial curvature as a dimensionless shape, and the grid with element ends at its breaks.
+
+    Raises
+    ------
+    ArgumentError
+        Where the text or function cannot be used, or text has units but the model has no specimen.
+    """
+    where = "curvature"
+    if isinstance(curvature, str) and not si and looks_like_quantity(curvature):
+        raise ArgumentError(
+            "must be a plain number or text in s where there is no specimen",
+            where=where,
+            value=curvature,
+            next_step="Give the model a pl.Specimen to use units.",
+        )
+    if isinstance(curvature, (list, tuple, np.ndarray)) and np.ndim(curvature) > 0:
+        return _nodal(np.asarray(curvature), grid, scales), grid
+    shape = _shape(curvature, where)
+    length = scales.length
+    breaks = tuple(b / length for b in shape.breaks if 0.0 < b < length)
+
+    def function(s: Array) -> Array:
+        try:
+            values = np.asarray(shape.function(s * length), dtype=float)
+        except (TypeError, ValueError, ArithmeticError) as error:
+            raise ArgumentError(
+                f"must take an array of arc lengths and return their curvatures ({error})", where=where
+            ) from None
+        return np.asarray(np.broadcast_to(values, np.shape(s)) * length)
+
+    return Shape(function, breaks, shape.words), grid.with_breaks(breaks)
+
+
+def _nodal(values: NDArray[np.generic], grid: Grid, scales: Scales) -> Shape:
+    """Values at the nodes of `grid`, as the polynomials through them."""
+    hint = "Nodal values belong to one grid; give text or a function to leave the grid open."
+    if grid.nodes == "auto" or values.shape != (grid.size,):
+        size = "a fixed number of" if grid.nodes == "auto" else str(grid.size)
+        raise ArgumentError(
+            f"must have one value for each of {size} nodes",
+            where="curvature",
+            value=values.shape,
+            next_step=hint,
+        )
+    nodal = values.astype(float) * scales.length
+
+    def function(s: Array) -> Array:
+        if np.array_equal(s, grid.s):
+            return nodal
+        return np.asarray(grid.interpolation(np.ravel(s)) @ nodal).reshape(np.shape(s))
+
+    return Shape(function, grid.breaks[1:-1], "values at the nodes")
+
+
+def nodal_values(shape: Shape, grid: Grid) -> Array:
+    """Return a dimensionless shape at the nodes, checked.
+
+    Raises
+    ------
+    ArgumentError
+        Where a value is not finite or absurdly large.
+    """
+    values = np.array(shape.function(grid.s), dtype=float)
+    if not np.isfinite(values).all():
+        at = float(grid.s[~np.isfinite(values)][0])
+        raise ArgumentError(
+            f"must be finite along the rod, but is not at s = {at:.6g} L ({shown(shape.words)})",
+            where="curvature",
+        )
+    if np.abs(values).max() > LARGEST_CURVATURE:
+        raise ArgumentError(
+            f"must stay below {LARGEST_CURVATURE:g} / L",
+            where="curvature",
+            value=float(np.abs(values).max()),
+            next_step="Check its unit.",
+        )
+    return values
+
+
+def initial_natural_curvature(value: float | str, scales: Scales, *, si: bool) -> float:
+    """Return the initial natural curvature, dimensionless.
+
+    Raises
+    ------
+    ArgumentError
+        Where it is no finite number, or has a unit while the model has no specimen.
+    """
+    where = "natural_curvature"
+    if isinstance(value, str):
+        if not si:
+            raise ArgumentError("must be a number where there is no specimen", where=where, value=value)
+        number = quantity(value, "1/m", where=where, bare=False)
+    else:
+        number = _number(value, where)
+    if abs(number * scales.length) > LARGEST_CURVATURE:
+        raise ArgumentError(f"must stay below {LARGEST_CURVATURE:g} / L", where=where, value=value)
+    return number * scales.length

@@ -1,0 +1,244 @@
+"""What a run sets out to do: its times and tolerances, its first state, the knots it lands on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError
+from plastica.motion.initial import (
+    Curvature,
+    initial_natural_curvature,
+    initial_shape,
+    nodal_values,
+)
+from plastica.motion.integrate import METHODS, Stop
+from plastica.physics.kernel import LEDGER, Kernel
+from plastica.physics.strut import Strut
+from plastica.units import quantity
+
+if TYPE_CHECKING:
+    from plastica.motion.solution import Solution
+
+__all__ = [
+    "LONGEST_WAIT",
+    "Plan",
+    "Problem",
+    "Until",
+    "landing_points",
+    "longest_step",
+    "make_plan",
+    "make_problem",
+    "rest",
+]
+
+Array = NDArray[np.float64]
+Until = float | str
+
+LONGEST_WAIT = 1e9
+"""Dimensionless time after which `until="equilibrium"` gives up."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What does not depend on the grid: when to stop, how, and what to report."""
+
+    t0: float
+    end: float
+    settle: bool
+    rtol: float
+    method: str
+    times: Array | None
+    max_steps: int
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A model on a definite grid with its first state."""
+
+    strut: Strut
+    y0: Array
+    atol: Array
+    words: str
+    notes: tuple[str, ...]
+
+
+def make_plan(
+    model: Strut,
+    until: Until,
+    rtol: float,
+    method: str,
+    times: Sequence[float] | Array | None,
+    start: Solution | None,
+    max_steps: int,
+) -> Plan:
+    if not (isinstance(rtol, (int, float)) and 1e-13 <= rtol <= 1e-2):
+        raise ArgumentError("must lie in [1e-13, 1e-2]", where="rtol", value=rtol)
+    if method not in ("auto", *METHODS):
+        raise ArgumentError(f"must be one of auto, {', '.join(METHODS)}", where="method", value=method)
+    if isinstance(max_steps, bool) or not isinstance(max_steps, int) or max_steps < 1:
+        raise ArgumentError("must be a positive integer", where="max_steps", value=max_steps)
+    t0 = 0.0 if start is None else start.history.end * start.model.scales.time / model.scales.time
+    settle = until == "equilibrium"
+    end = _settling_end(model, t0) if settle else _end(until, model, t0)
+    chosen = "LSODA" if method == "auto" else method
+    return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), max_steps)
+
+
+def _end(until: Until, model: Strut, t0: float) -> float:
+    scale = model.scales.time
+    if isinstance(until, str):
+        if model.specimen is None:
+            raise ArgumentError(
+                'must be a number of retardation times or "equilibrium" where there is no specimen',
+                where="until",
+                value=until,
+            )
+        seconds = quantity(until, "s", where="until", bare=False)
+    else:
+        try:
+            seconds = float(until)
+        except (TypeError, ValueError):
+            raise ArgumentError('must be a time or "equilibrium"', where="until", value=until) from None
+    end = seconds / scale
+    if not (np.isfinite(end) and end > t0):
+        raise ArgumentError(f"must be finite and later than the start, {t0 * scale:g}", where="until", value=until)
+    return end
+
+
+def _settling_end(model: Strut, t0: float) -> float:
+    settled = model.loads.settled
+    if settled is None:
+        raise ArgumentError(
+            'can be "equilibrium" only where the loads become constant',
+            where="until",
+            next_step="Give a time, or a load that ends in a constant.",
+        )
+    return max(t0, settled) + LONGEST_WAIT
+
+
+def _times(times: ArrayLike | None, model: Strut, t0: float, end: float) -> Array | None:
+    if times is None:
+        return None
+    try:
+        given = np.asarray(times, dtype=float) / model.scales.time
+    except (TypeError, ValueError):
+        raise ArgumentError("must be a sequence of numbers", where="times", value=times) from None
+    inside = given.ndim == 1 and given.size > 0 and np.isfinite(given).all()
+    # A time that the user wrote as `until` must count as inside even where unit conversion rounded it up.
+    slack = 4.0 * np.finfo(float).eps * end
+    if not inside or np.any(np.diff(given) <= 0.0) or given[0] < t0 or given[-1] > end + slack:
+        scale = model.scales.time
+        raise ArgumentError(
+            f"must increase within [{t0 * scale:g}, {end * scale:g}]",
+            where="times",
+            value=np.asarray(times).tolist(),
+        )
+    return np.minimum(given, end)
+
+
+def make_problem(
+    model: Strut,
+    plan: Plan,
+    curvature: Curvature,
+    natural_curvature: float | str,
+    atol: float | None,
+    start: Solution | None,
+) -> Problem:
+    si = model.specimen is not None
+    if start is None:
+        shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
+        strut = model if grid is model.grid else model.with_grid(grid)
+        mu, words = nodal_values(shape, grid), shape.words
+        mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si)
+    else:
+        strut, mu, mu_nat, words = _taken_up(model, start)
+    added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
+    notes = ()
+    if added:
+        notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
+    loads = max(
+        (max(map(abs, program.extreme(plan.end))) for program in (strut.loads.transverse, strut.loads.couple)),
+        default=0.0,
+    )
+    amplitude = max(float(np.abs(mu).max()), abs(mu_nat), loads)
+    y0 = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
+    return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes)
+
+
+def _taken_up(model: Strut, start: Solution) -> tuple[Strut, Array, float, str]:
+    """State of a former solution, in the lengths of `model` and on a grid that holds its elements too."""
+    if (start.model.specimen is None) != (model.specimen is None):
+        raise ArgumentError("must be a solution in the same kind of units as the model", where="start")
+    ratio = model.scales.length / start.model.scales.length
+    if abs(ratio - 1.0) > 1e-12:
+        raise ArgumentError("must be a solution of a rod of the same length", where="start", value=1.0 / ratio)
+    former = start.model.grid
+    grid = model.grid.with_breaks(former.breaks)
+    state = start.history.y[-1]
+    mu = state[: former.size]
+    if grid.nodes == "auto" or grid.per_element != former.per_element or grid.breaks != former.breaks:
+        mu = former.interpolation(grid.s) @ mu
+    return model.with_grid(grid), mu.copy(), float(state[former.size]), "the last state of a former run"
+
+
+def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Strut) -> Array:
+    """Absolute tolerance of each component: curvatures as given or by amplitude, energies as its square."""
+    if atol is None:
+        scale = amplitude if amplitude > 0.0 else 1.0
+        curvature = 1e-3 * rtol * min(scale, 1.0)
+        energy = 1e-3 * rtol * min(scale, 1.0) ** 2
+    else:
+        if not (isinstance(atol, (int, float)) and np.isfinite(atol) and atol > 0.0):
+            raise ArgumentError("must be a positive number or None", where="atol", value=atol)
+        curvature = energy = float(atol) * strut.scales.length
+    return np.concatenate([np.full(strut.grid.size + 1, curvature), np.full(LEDGER, energy)])
+
+
+def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
+    """Times at which a leg must end: every jump of a load, and the slope knots that matter.
+
+    A change of slope matters where the load it makes within one retardation time, or before the next knot if that is
+    sooner, is more than 1e-3 of the largest load; the rows of a finely sampled table pass, the corners of a ramp do not.
+    """
+    knots = strut.loads.knots(end)
+    if not knots:
+        return ()
+    times = np.array([knot.t for knot in knots])
+    gap = np.minimum(np.diff(times, prepend=0.0), np.diff(times, append=end))
+    largest = max(max(map(abs, program.extreme(end))) for _, program in strut.loads.items())
+    return tuple(
+        knot.t
+        for knot, near in zip(knots, gap, strict=True)
+        if knot.kind == "jump" or abs(knot.size) * min(1.0, near) > 1e-3 * largest
+    )
+
+
+def longest_step(strut: Strut, plan: Plan) -> float:
+    """A step bound that keeps the integrator from stepping over knots it does not land on."""
+    skipped = {knot.t for knot in strut.loads.knots(plan.end)} - set(landing_points(strut, plan.end))
+    if len(skipped) < 2:
+        return float("inf")
+    return 8.0 * float(np.diff(sorted(skipped)).max())
+
+
+def rest(plan: Plan, problem: Problem) -> Stop:
+    """The criterion of rest: the rate is below rtol times the largest curvature met, after the loads have settled."""
+    n, w = problem.strut.grid.size, problem.strut.grid.w
+    settled = max(plan.t0, problem.strut.loads.settled or 0.0)
+    largest = float(np.abs(problem.y0[: n + 1]).max())
+
+    def resting(t: float, y: Array, kern: Kernel) -> bool:
+        nonlocal largest
+        largest = max(largest, float(np.abs(y[: n + 1]).max()))
+        if t < settled:
+            return False
+        rate = kern.rate(t, y)
+        speed = max(float(np.sqrt(w @ rate[:n] ** 2)), abs(float(rate[n])))
+        return speed <= plan.rtol * largest
+
+    return resting

@@ -1,0 +1,269 @@
+"""A solution in a file: written whole or not at all, read back equal, refused where it is damaged."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.errors import ArgumentError, FileError
+from plastica.files import write_whole
+from plastica.material.material import Material
+from plastica.motion.history import History
+from plastica.motion.solution import Solution
+from plastica.motion.status import Counts, Status
+from plastica.numerics.grid import Grid
+from plastica.physics.load import Load
+from plastica.physics.scales import Specimen
+from plastica.physics.strut import Strut
+
+if TYPE_CHECKING:
+    import h5py
+
+__all__ = ["SCHEMA", "read", "strut_from_dict", "strut_to_dict", "write"]
+
+SCHEMA = 1
+"""Version of the file's layout. A later one must still read this one: see CONTRIBUTING, "Files"."""
+
+LARGEST = 4 * 2**30
+HISTORY = ("node_t", "node_y", "first_node", "leg_start", "leg_moving")
+
+
+def write(solution: Solution, path: str | Path) -> Path:
+    """Write a solution as netCDF: its dataset, and in group `history` all that `read` needs.
+
+    Parameters
+    ----------
+    solution : Solution
+        What to keep.
+    path : str or Path
+        The file, by convention with suffix ".nc"; its folder must exist.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    FileError
+        Where it cannot be written.
+    """
+    import xarray
+
+    history = solution.history
+    starts, moving = solution.legs
+    group = xarray.Dataset(
+        {
+            "node_t": ("node", history.t),
+            "node_y": (("node", "component"), history.y),
+            "first_node": ("step_end", history.first),
+            "leg_start": ("leg", starts),
+            "leg_moving": ("leg_end", moving.astype(np.int8)),
+        }
+    )
+    meta = json.dumps(_meta(solution), sort_keys=True, allow_nan=False)
+
+    def fill(aside: Path) -> None:
+        solution.dataset.to_netcdf(aside, engine="h5netcdf")
+        group.to_netcdf(aside, engine="h5netcdf", group="history", mode="a")
+        _seal(aside, meta)
+
+    return write_whole(path, fill)
+
+
+def read(path: str | Path) -> Solution:
+    """Read a solution from a file written by `Solution.save` or `plastica run`.
+
+    Parameters
+    ----------
+    path : str or Path
+        A netCDF file of this package.
+
+    Returns
+    -------
+    Solution
+        Equal to the one that was written.
+
+    Raises
+    ------
+    FileError
+        Where the file is missing, damaged, not of this package, or of a later version.
+    """
+    import h5py
+
+    source = Path(path)
+    if not source.is_file():
+        raise FileError("does not exist", where=str(source), next_step="Check the path.")
+    if source.stat().st_size > LARGEST:
+        raise FileError(f"must have at most {LARGEST} bytes", where=str(source), value=source.stat().st_size)
+    try:
+        with h5py.File(source, "r") as file:
+            meta = _opened(file, source)
+            arrays = {name: np.asarray(file[f"history/{name}"][()]) for name in HISTORY}
+        return _rebuilt(meta, arrays)
+    except FileError:
+        raise
+    except (
+        ArgumentError,
+        OSError,
+        KeyError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        RuntimeError,
+        MemoryError,
+    ) as error:
+        raise _damaged(source, str(error).split("\n")[0][:200]) from None
+
+
+def _damaged(source: Path, why: str) -> FileError:
+    return FileError(
+        f"is damaged, or not a result of plastica ({why})",
+        where=str(source),
+        next_step="Take another copy, or run its scenario again.",
+    )
+
+
+def _meta(solution: Solution) -> dict[str, Any]:
+    return {
+        "model": strut_to_dict(solution.model),
+        "status": vars(solution.status),
+        "counts": vars(solution.counts),
+        "method": solution.method,
+        "rtol": solution.rtol,
+        "atol": solution.atol,
+        "times": None if solution.times is None else solution.times.tolist(),
+        "initial": solution.initial,
+        "notes": list(solution.notes),
+        "wall": solution.wall,
+        "provenance": solution.provenance,
+    }
+
+
+def _rebuilt(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Solution:
+    model = strut_from_dict(meta["model"])
+    history = History(arrays["node_t"], arrays["node_y"], arrays["first_node"].astype(np.int64))
+    nodes, width = history.t.size, model.grid.size + 4
+    sound = (
+        history.y.shape == (nodes, width)
+        and history.first.size >= 1
+        and history.first[0] == 0
+        and (history.steps == 0 or (history.first[-1] == nodes and np.all(np.diff(history.first) >= 2)))
+        and np.all(np.diff(history.t) >= 0.0)
+        and arrays["leg_moving"].size == arrays["leg_start"].size + 1
+    )
+    if not sound:
+        raise ValueError("its history does not fit its model")
+    times = meta["times"]
+    return Solution(
+        model=model,
+        history=history,
+        legs=(arrays["leg_start"], arrays["leg_moving"].astype(bool)),
+        status=Status(**meta["status"]),
+        counts=Counts(**meta["counts"]),
+        method=str(meta["method"]),
+        rtol=float(meta["rtol"]),
+        atol=float(meta["atol"]),
+        times=None if times is None else np.asarray(times, dtype=float),
+        initial=str(meta["initial"]),
+        notes=tuple(str(note) for note in meta["notes"]),
+        wall=float(meta["wall"]),
+        provenance={str(key): str(value) for key, value in meta["provenance"].items()},
+    )
+
+
+def strut_to_dict(strut: Strut) -> dict[str, Any]:
+    """Return what a strut is made of, as plain values for a file."""
+    return {
+        "kind": "strut",
+        "material": strut.material.to_dict(),
+        "load": strut.load.to_dict(),
+        "grid": {"nodes": strut.grid.nodes, "breaks": list(strut.grid.breaks)},
+        "specimen": None if strut.specimen is None else strut.specimen.to_dict(),
+    }
+
+
+def strut_from_dict(data: Mapping[str, Any]) -> Strut:
+    """Build a strut from `strut_to_dict`, checked as any user's is.
+
+    Raises
+    ------
+    ArgumentError, KeyError, TypeError
+        Where the data do not describe one.
+    """
+    if data["kind"] != "strut":
+        raise ValueError(f"its model is of the unknown kind {data['kind']!r}")
+    return Strut(
+        Material(**data["material"]),
+        Load.from_dict(data["load"]),
+        Grid(data["grid"]["nodes"], tuple(data["grid"]["breaks"])),
+        None if data["specimen"] is None else Specimen.from_dict(data["specimen"]),
+    )
+
+
+# -- the seal: a digest over every value in the file, so that no flipped bit goes unseen -------------------------
+
+
+def _seal(path: Path, meta: str) -> None:
+    import h5py
+
+    with h5py.File(path, "r+") as file:
+        file.attrs["plastica_schema"] = SCHEMA
+        file.attrs["plastica_meta"] = meta
+        file.attrs["plastica_digest"] = _digest(file)
+
+
+def _opened(file: h5py.File, source: Path) -> dict[str, Any]:
+    """Check version and seal, and return the description of the run."""
+    if "plastica_schema" not in file.attrs:
+        raise _damaged(source, "it has no plastica_schema")
+    schema = int(file.attrs["plastica_schema"])
+    if schema != SCHEMA:
+        raise FileError(
+            f"must have schema version {SCHEMA}",
+            where=str(source),
+            value=schema,
+            next_step="It was written by a later plastica: read it with that one.",
+        )
+    if str(file.attrs["plastica_digest"]) != _digest(file):
+        raise _damaged(source, "its contents do not match its digest")
+    meta = json.loads(str(file.attrs["plastica_meta"]))
+    if not isinstance(meta, dict):
+        raise _damaged(source, "its description is not a table")
+    return meta
+
+
+def _digest(file: h5py.File) -> str:
+    """SHA-256 over names, shapes, values and attributes of everything but the digest itself."""
+    digest = hashlib.sha256()
+    declared = 0
+    for name, data in _datasets(file):
+        declared += int(data.size) * data.dtype.itemsize
+        if declared > LARGEST:
+            raise ValueError("it declares more values than a result can have")
+        digest.update(f"{name} {data.dtype.str} {data.shape}".encode())
+        digest.update(np.ascontiguousarray(data[()]).tobytes())
+        digest.update(_text(data.attrs, ("units", "long_name")))
+    digest.update(_text(file.attrs, sorted(set(file.attrs) - {"plastica_digest"})))
+    return digest.hexdigest()
+
+
+def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+    import h5py
+
+    for name in sorted(group):
+        item = group[name]
+        if isinstance(item, h5py.Group):
+            yield from _datasets(item, f"{prefix}{name}/")
+        elif item.dtype.kind in "fiu":
+            yield f"{prefix}{name}", item
+
+
+def _text(attributes: Any, names: Any) -> bytes:
+    return json.dumps({name: str(attributes[name]) for name in names if name in attributes}).encode()
