@@ -204,7 +204,7 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
 
 
 def _switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: bool) -> float:
-    """Time in [lower, upper] at which the drive passes its threshold, on the frozen side; `lower` where it did before."""
+    """Time at which the drive passes its threshold, on the frozen side; `lower` where it already had."""
     from scipy.optimize import brentq
 
     def excess(t: float) -> float:

@@ -24,7 +24,8 @@ BENT = 0.1
 """Tangent angle (rad) beyond which a rod under thrust that has also grown twofold counts as buckled."""
 
 REFERENCES = (
-    "K. R. Rajagopal and C. Rodriguez, On evolving natural curvature for an inextensible, unshearable, viscoelastic rod",
+    "K. R. Rajagopal and C. Rodriguez, "
+    "On evolving natural curvature for an inextensible, unshearable, viscoelastic rod",
     "A. C. Hindmarsh, ODEPACK, a systematized collection of ODE solvers, in Scientific Computing, 1983 (LSODA)",
     "E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential Equations I and II (DOP853, Radau)",
     "L. F. Shampine and M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18, 1997 (BDF)",
@@ -149,18 +150,18 @@ def _sentence(solution: Solution, headline: str, memory: str, numbers: dict[str,
     strut, scales = solution.model, solution.model.scales
     now = _show(solution, solution.history.end * scales.time, "s", "retardation times")
     n = strut.grid.size
-    natural = float(solution.history.y[-1][n])
+    last = solution.history.y[-1]
     tip = _show(
         solution,
-        float(np.sin(strut.angle(solution.history.y[-1][:n])) @ strut.grid.w) * scales.length,
+        float(np.sin(strut.angle(last[:n])) @ strut.grid.w) * scales.length,
         "m",
         "L",
     )
     where = f"After {now} the free end is {tip} off the clamp's axis"
     if memory == "springs back":
-        back = "the natural curvature has not moved at all, so without load the rod returns to the natural shape it began with"
+        back = "the natural curvature has not moved at all, so without load the rod returns to its first natural shape"
         return f"{headline}. {where}; {back}."
-    value = _show(solution, natural * scales.curvature, "1/m", "/L")
+    value = _show(solution, float(last[n]) * scales.curvature, "1/m", "/L")
     change = _show(solution, numbers["set_curvature"], "1/m", "/L")
     off = _show(solution, numbers["set_deflection"], "m", "L")
     return (
@@ -181,8 +182,8 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     share = f"{abs(excess) / threshold:.2g} of it" if threshold > 0.0 else "of no size"
     if excess <= 0.0:
         return (
-            f"The drive is within its threshold, by {amount} ({share}): while that lasts the natural curvature stays as "
-            f"it is and the rest of the way is visco-elastic. {rates}"
+            f"The drive is within its threshold, by {amount} ({share}): while that lasts the natural curvature "
+            f"stays as it is and the rest of the way is visco-elastic. {rates}"
         )
     return (
         f"The drive is still above its threshold, by {amount} ({share}): the natural curvature goes on moving. {rates}"
@@ -213,7 +214,7 @@ def provenance(solution: Solution) -> dict[str, str | int | float]:
 
 def introduction(solution: Solution) -> str:
     """Return a summary of a solution on a few lines."""
-    strut, counts, grid = solution.model, solution.counts, solution.model.grid
+    counts, grid = solution.counts, solution.model.grid
     bound = solution.bounds
     n = grid.size
     met = float(np.sqrt(solution.history.y[:, :n] ** 2 @ grid.w).max() + np.abs(solution.history.y[:, n]).max())
@@ -225,10 +226,10 @@ def introduction(solution: Solution) -> str:
         f"ledger    {solution.ledger}",
         f"bounds    |mu| + |mu_nat| <= {bound.norm:.4g} a priori, at most {met:.4g} met; "
         f"two motions part at most like exp({bound.growth:.3g} t)",
-        f"method    {solution.method}, rtol {solution.rtol:g}, {grid.per_element} nodes on {elements}; {counts.steps} steps, "
-        f"{counts.rates} rates, {counts.jacobians} Jacobians, {counts.restarts} restarts, {solution.wall:.3f} s",
+        f"method    {solution.method}, rtol {solution.rtol:g}, {grid.per_element} nodes on {elements}; "
+        f"{counts.steps} steps, {counts.rates} rates, {counts.jacobians} Jacobians, {counts.restarts} restarts, "
+        f"{solution.wall:.3f} s",
         *(f"note      {note}" for note in solution.notes),
-        "limit     not predicted" if strut.loads.is_constant else "limit     none: the loads vary",
         f"see       {REFERENCES[0]}",
     ]
     return "\n".join(lines)

@@ -76,6 +76,13 @@ def make_plan(
     start: Solution | None,
     max_steps: int,
 ) -> Plan:
+    """Check when to stop, how, and what to report.
+
+    Raises
+    ------
+    ArgumentError
+        Where one of them cannot be used.
+    """
     if not (isinstance(rtol, (int, float)) and 1e-13 <= rtol <= 1e-2):
         raise ArgumentError("must lie in [1e-13, 1e-2]", where="rtol", value=rtol)
     if method not in ("auto", *METHODS):
@@ -149,6 +156,13 @@ def make_problem(
     atol: float | None,
     start: Solution | None,
 ) -> Problem:
+    """Bring the first state onto the model's grid, and set the tolerances.
+
+    Raises
+    ------
+    ArgumentError
+        Where the initial data cannot be used.
+    """
     si = model.specimen is not None
     if start is None:
         shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
@@ -202,8 +216,9 @@ def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Strut) 
 def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
     """Times at which a leg must end: every jump of a load, and the slope knots that matter.
 
-    A change of slope matters where the load it makes within one retardation time, or before the next knot if that is
-    sooner, is more than 1e-3 of the largest load; the rows of a finely sampled table pass, the corners of a ramp do not.
+    A change of slope matters where the load it makes within one retardation time, or before the next knot if that
+    is sooner, is more than 1e-3 of the largest load: the rows of a finely sampled table pass, the corners of a ramp
+    do not.
     """
     knots = strut.loads.knots(end)
     if not knots:

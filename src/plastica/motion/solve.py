@@ -29,7 +29,7 @@ from plastica.motion.plan import (
 )
 from plastica.motion.resolution import too_coarse
 from plastica.motion.solution import Solution
-from plastica.motion.status import Counts, Status
+from plastica.motion.status import Counts, Status, status
 from plastica.motion.store import strut_to_dict
 from plastica.numerics.grid import AUTO_NODES, Grid
 from plastica.physics.strut import Strut
@@ -119,7 +119,8 @@ def solve(
     ArgumentError
         Where an argument cannot be used.
     FileError
-        Where the checkpoint cannot be written, or belongs to another run. Numerical trouble is never raised: it is in `Solution.status`.
+        Where the checkpoint cannot be written, or belongs to another run. Numerical trouble is never raised: it is
+        in `Solution.status`.
 
     Examples
     --------
@@ -205,46 +206,21 @@ def _run(
 
 
 def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Strut) -> Status:
-    scale = strut.scales.time
-    unit = "s" if strut.specimen is not None else "retardation times"
     last = legs[-1]
-    t = f"{last.history.end * scale:.6g} {unit}"
-    if last.ending == "solver_failed":
-        return Status(
-            False,
-            "solver_failed",
-            f"{plan.method} gave up at t = {t} ({last.message.rstrip('.') or 'no reason given'}). "
-            "What was computed is kept. Try another method, or a looser rtol.",
-        )
-    if last.ending == "not_finite":
-        return Status(
-            False,
-            "not_finite",
-            f"The state stopped being finite after t = {t}; what was computed is kept. "
-            "Check the laws of the material far from zero.",
-        )
+    unit = "s" if strut.specimen is not None else "retardation times"
+    t = f"{last.history.end * strut.scales.time:.6g} {unit}"
+    reason = last.message.rstrip(".") or "no reason given"
+    return status(_code(plan, last), t=t, method=plan.method, steps=steps, reason=reason)
+
+
+def _code(plan: Plan, last: Leg) -> str:
+    if last.ending in ("solver_failed", "not_finite"):
+        return last.ending
     if last.ending == "stopped":
-        if not last.moving_next:
-            return Status(
-                True,
-                "equilibrium",
-                f"At rest at t = {t}: the rate is below rtol and the drive within its threshold.",
-            )
-        return Status(
-            True,
-            "creeping",
-            f"At t = {t} the rate is below rtol, but the rod still yields: it creeps algebraically, "
-            "and stepping further in time has become pointless.",
-        )
+        return "creeping" if last.moving_next else "equilibrium"
     if last.history.end < plan.end:
-        return Status(
-            False,
-            "step_limit",
-            f"Stopped at t = {t} after {steps} steps, the most allowed; what was computed is kept. Raise max_steps or rtol.",
-        )
-    if plan.settle:
-        return Status(False, "never_settled", f"Not at rest even at t = {t}; what was computed is kept.")
-    return Status(True, "done", f"Reached t = {t}.")
+        return "step_limit"
+    return "never_settled" if plan.settle else "done"
 
 
 def _solution(problem: Problem, plan: Plan, legs: Sequence[Leg], wall: float) -> Solution:

@@ -4,7 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Counts", "Event", "Status"]
+__all__ = ["Counts", "Event", "Status", "status"]
+
+_SENTENCES = {
+    "done": (True, "Reached t = {t}."),
+    "equilibrium": (True, "At rest at t = {t}: the rate is below rtol and the drive within its threshold."),
+    "creeping": (
+        True,
+        "At t = {t} the rate is below rtol, but the rod still yields: it creeps algebraically, and stepping further "
+        "in time has become pointless.",
+    ),
+    "step_limit": (
+        False,
+        "Stopped at t = {t} after {steps} steps, the most allowed; what was computed is kept. Raise max_steps or rtol.",
+    ),
+    "solver_failed": (
+        False,
+        "{method} gave up at t = {t} ({reason}); what was computed is kept. Try another method, or a looser rtol.",
+    ),
+    "not_finite": (
+        False,
+        "The state stopped being finite after t = {t}; what was computed is kept. Check the laws far from zero.",
+    ),
+    "never_settled": (False, "Not at rest even at t = {t}; what was computed is kept."),
+}
 
 
 @dataclass(frozen=True)
@@ -29,6 +52,12 @@ class Status:
 
     def __str__(self) -> str:
         return f"{self.code}: {self.sentence}"
+
+
+def status(code: str, **facts: object) -> Status:
+    """Return the status of a code, its sentence filled with facts (t, steps, method, reason)."""
+    ok, sentence = _SENTENCES[code]
+    return Status(ok, code, sentence.format(**facts))
 
 
 @dataclass(frozen=True)

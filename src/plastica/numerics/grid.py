@@ -176,7 +176,7 @@ class Grid:
         return matrix
 
     def integration(self, s: ArrayLike) -> Array:
-        """Return the matrix that takes nodal values to the integral of their interpolant from 0 to s; shape (k, size)."""
+        """Return the matrix from nodal values to the integral of their interpolant from 0 to s; shape (k, size)."""
         n = self.per_element
         points = np.atleast_1d(np.asarray(s, dtype=float))
         lower, width = self._lower_and_width

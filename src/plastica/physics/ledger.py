@@ -84,7 +84,7 @@ def liapunov(strut: Strut, t: ArrayLike, mu: ArrayLike, mu_nat: ArrayLike) -> Ar
 
 
 def spending(strut: Strut, t: ArrayLike, mu: ArrayLike, mu_nat: ArrayLike) -> tuple[Array, Array, Array]:
-    """Power of the loads int M mu_t, viscous dissipation int mu_t^2, and dissipation D mu_nat_t of the natural curvature."""
+    """Power of the loads int M mu_t, and what is dissipated: int mu_t^2 by viscosity, D mu_nat_t by the flow."""
     mu_t, mu_nat_t = strut.rate(t, mu, mu_nat)
     weighted = mu_t * strut.grid.w
     power = np.sum(weighted * strut.couple(t, mu), axis=-1)
