@@ -71,15 +71,13 @@ class Load:
     couple: Program
     weight: Program
 
-    def __init__(
-        self, thrust: Given = 0.0, transverse: Given = 0.0, couple: Given = 0.0, weight: Given = 0.0
-    ) -> None:
+    def __init__(self, thrust: Given = 0.0, transverse: Given = 0.0, couple: Given = 0.0, weight: Given = 0.0) -> None:
         given = {"thrust": thrust, "transverse": transverse, "couple": couple, "weight": weight}
         for name, each in given.items():
             object.__setattr__(self, name, _program(name, each))
         # How long a text is used is known only when it runs: see `check`.
-        until = 0.0 if isinstance(self.thrust, Text) else math.inf
-        self._refuse_tension(until)
+        if self.thrust.constant or not isinstance(self.thrust, Text):
+            self._refuse_tension(0.0 if self.thrust.constant else math.inf)
 
     def _refuse_tension(self, until: float) -> None:
         least, greatest = _named("thrust", lambda: self.thrust.extreme(until))
@@ -151,9 +149,7 @@ class Load:
                 )
         return Load(
             **{
-                name: _named(
-                    name, lambda p=program, k=LOAD_KINDS[name]: p.scaled(scales.time, getattr(scales, k))
-                )
+                name: _named(name, lambda p=program, k=LOAD_KINDS[name]: p.scaled(scales.time, getattr(scales, k)))
                 for name, program in self.items()
             }
         )
@@ -180,9 +176,7 @@ class Load:
         ArgumentError
             If there are more than 100 000.
         """
-        found = sorted(
-            knot for name, each in self.items() for knot in _named(name, lambda p=each: p.knots(until))
-        )
+        found = sorted(knot for name, each in self.items() for knot in _named(name, lambda p=each: p.knots(until)))
         merged: list[Knot] = []
         for knot in found:
             if merged and knot.t - merged[-1].t <= 0.5 * near(knot.t):
@@ -236,12 +230,8 @@ class Load:
             If the mapping describes no loads.
         """
         if not isinstance(data, Mapping) or not data.keys() <= set(_NAMES):
-            raise ArgumentError(
-                f"must be a mapping with the keys {', '.join(_NAMES)}", where="load", value=data
-            )
-        return cls(
-            **{name: _named(name, lambda each=each: programs.from_dict(each)) for name, each in data.items()}
-        )
+            raise ArgumentError(f"must be a mapping with the keys {', '.join(_NAMES)}", where="load", value=data)
+        return cls(**{name: _named(name, lambda each=each: programs.from_dict(each)) for name, each in data.items()})
 
 
 _NAMES: Final = tuple(each.name for each in fields(Load))

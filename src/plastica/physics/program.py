@@ -52,6 +52,10 @@ class Program(ABC):
     def __repr__(self) -> str:
         return f"<{self.kind}: {self.describe()}>"
 
+    def __getstate__(self) -> dict[str, Any]:
+        # What is compiled or computed on demand stays here when the program goes to another process.
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
     @abstractmethod
     def _validate(self) -> None:
         """Refuse impossible data."""
@@ -322,6 +326,4 @@ def known_keys(data: Mapping[str, Any], allowed: Iterable[str], where: str) -> N
     names = sorted(allowed)
     unknown = [str(key) for key in data if key not in names]
     if unknown:
-        raise ArgumentError(
-            f"must have no keys but {', '.join(names)}", where=where, value=", ".join(unknown)
-        )
+        raise ArgumentError(f"must have no keys but {', '.join(names)}", where=where, value=", ".join(unknown))

@@ -201,11 +201,9 @@ def from_dict(data: object) -> Program:
     ArgumentError
         If the mapping describes no program.
     """
-    if not isinstance(data, Mapping) or data.get("kind") not in _KINDS:
-        raise ArgumentError(
-            f"must be a mapping with a kind of {', '.join(_KINDS)}", where="program", value=data
-        )
-    kind = _KINDS[data["kind"]]
+    if not isinstance(data, Mapping) or str(data.get("kind")) not in _KINDS:
+        raise ArgumentError(f"must be a mapping with a kind of {', '.join(_KINDS)}", where="program", value=data)
+    kind = _KINDS[str(data["kind"])]
     known_keys(data, ("kind", *(each.name for each in fields_of(kind) if each.init)), "program")
     given: dict[str, Any] = {name: _from_json(value) for name, value in data.items() if name != "kind"}
     try:

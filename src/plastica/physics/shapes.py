@@ -30,12 +30,20 @@ class Constant(Polygonal):
     def _validate(self) -> None:
         finite_fields(self, ("value",))
 
+    @cached_property
+    def _polyline(self) -> Polyline:
+        return Polyline(np.zeros(1), np.full(1, self.value), np.full(1, self.value))
+
     def _scaled(self, time: float, value: float) -> Constant:
         return replace(self, value=self.value / value)
 
     def rows(self, a: float, b: float) -> Polyline:
         """Return one row; see `Polygonal.rows`."""
-        return Polyline(np.zeros(1), np.full(1, self.value), np.full(1, self.value))
+        return self._polyline
+
+    def on(self, a: float, b: float) -> float:
+        """Return the value; see `Program.on`."""
+        return self.value
 
     def describe(self, value_unit: str = "", time_unit: str = "") -> str:
         """Say in words what the program does; see `Program.describe`."""
@@ -164,7 +172,7 @@ class Cycles(Polygonal):
     start: float = 0.0
 
     def _validate(self) -> None:
-        if self.shape not in _SHAPES:
+        if not isinstance(self.shape, str) or self.shape not in _SHAPES:
             raise ArgumentError(f"must be one of {', '.join(_SHAPES)}, sine", where="shape", value=self.shape)
         check_train(self)
         if not math.isfinite((self.high - self.low) / self.period):
