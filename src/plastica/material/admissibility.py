@@ -7,19 +7,19 @@ points of a range, and the sentence says so. Nothing here solves or simplifies w
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import sympy as sp
 
 from plastica.errors import ArgumentError
 from plastica.material import functions as fn
-from plastica.material.compiled import ArrayFunction, array_function, constant_value
-from plastica.material.expression import Expression, symbol
-from plastica.material.halfline import HalfLine, half_line, sign_changes, touching
+from plastica.material.compiled import constant_value
+from plastica.material.examined import DEFAULT_BOUND, Examined, jump_at, positive_zero
+from plastica.material.expression import symbol
+from plastica.material.halfline import HalfLine, deepest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,13 +28,9 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT_BOUND", "Verdict", "judge", "positive_zero"]
 
-DEFAULT_BOUND: Final = 100.0
-"""The range |m| <= 100, x <= 100 of a numerical judgement, where no a-priori bound is given."""
-
 _ROUNDING: Final = 64 * float(np.finfo(float).eps)
-_PER_DECADE: Final = 40
-_DECADES: Final = 12
-_LARGEST_ARGUMENT: Final = 200.0
+_TINY: Final = 1e-250
+_VANISHING: Final = 1e-12
 _FAR: Final = tuple(10.0**k for k in (3, 6, 12, 24, 48, 96))
 
 
@@ -90,7 +86,7 @@ def judge(material: Material, bound: float | None = None) -> tuple[Verdict, ...]
     if bound is not None and not (math.isfinite(bound) and bound > 0.0):
         raise ArgumentError("must be a positive number", where="bound", value=bound)
     preference, threshold, flow = (
-        _Judged(name, material.expressions[name], material.values, bound)
+        Examined(name, material.expressions[name], material.values, bound)
         for name in ("preference", "threshold", "flow")
     )
     return (
@@ -109,154 +105,80 @@ def judge(material: Material, bound: float | None = None) -> tuple[Verdict, ...]
     )
 
 
-def positive_zero(expression: Expression, values: Mapping[str, float]) -> float | None:
-    """Return the least positive zero of a preference energy, where it touches 0; None if there is none."""
-    law = _Judged("preference", expression, values, None)
-    grid = law.grid[law.grid > 0.0]
-    least = law.sides[1].least() if law.sides is not None else None
-    if least is not None and 0.0 < least[0] < math.inf:
-        grid = np.sort(np.append(grid, least[0] * np.array([0.99, 1.01])))
-    for zero in sorted(sign_changes(law.part(1), grid)):
-        below = float(np.max(np.abs(law.part(0)(grid[grid <= zero])), initial=0.0))
-        if below > 0.0 and abs(float(law.part(0)(zero))) <= 1e-12 * below:
-            return zero
-    return None
-
-
-@dataclass(frozen=True)
-class _Judged:
-    """One law under judgement."""
-
-    name: str
-    expression: Expression
-    values: Mapping[str, float]
-    bound: float | None
-
-    @property
-    def letter(self) -> str:
-        return str(self.expression.variable)
-
-    @property
-    def title(self) -> str:
-        return {"preference": "preference energy", "flow": "flow law"}.get(self.name, self.name)
-
-    @cached_property
-    def sides(self) -> tuple[HalfLine, HalfLine] | None:
-        """The law as sums of powers: for negative and for positive arguments."""
-        both = [half_line(self.expression.tree, symbol(self.letter), self.values, side) for side in (-1, 1)]
-        return None if both[0] is None or both[1] is None else (both[0], both[1])
-
-    def part(self, order: int) -> ArrayFunction:
-        return self.compiled(self.expression.derivative(order).tree)
-
-    def compiled(self, tree: Any) -> ArrayFunction:
-        return array_function(tree, symbol(self.letter), self.values)
-
-    @cached_property
-    def grid(self) -> NDArray[np.float64]:
-        """Points of both signs, close together near 0 and even further out, where no part overflows."""
-        end = self.bound or DEFAULT_BOUND
-        ladder = end * np.logspace(-_DECADES, 0, _DECADES * _PER_DECADE + 1)
-        right = np.unique(
-            np.concatenate([ladder, np.linspace(0.0, end, 1001)[1:], [1.0] if end >= 1 else []])
-        )
-        grid = np.concatenate([-right[::-1], [0.0], right])
-        usable = np.ones(grid.shape, dtype=bool)
-        for node in self.expression.tree.atoms(sp.exp, sp.sinh, sp.cosh):
-            usable &= ~(np.abs(self.compiled(node.args[0])(grid)) > _LARGEST_ARGUMENT)
-        return grid[usable]
-
-    @property
-    def range_words(self) -> str:
-        return (
-            f"numerically, at {self.grid.size} points of |{self.letter}| <= {np.max(np.abs(self.grid)):.4g}"
-        )
-
-    def verdict(self, name: str, failure: str, margin: float, witness: float | None, how: str) -> Verdict:
-        """Put a verdict into words: it holds if there is no witness."""
-        holds = witness is None
-        start = f"The {self.title} {name}"
-        sentence = (
-            f"{start} ({how})."
-            if holds
-            else f"The {self.title} must be such that it {name}, but {failure} ({how})."
-        )
-        return Verdict(f"{self.name} {name}", holds, margin, witness, sentence)
-
-
 _FROM_FORMULA: Final = "from its formula"
 
 
-def _even(law: _Judged) -> Verdict:
-    tree, variable = law.expression.tree, symbol(law.letter)
-    if tree.xreplace({variable: -variable}) == tree:
-        return law.verdict("is even", "", 0.0, None, _FROM_FORMULA)
-    value, grid = law.part(0), law.grid
+def _verdict(law: Examined, name: str, failure: str, margin: float, witness: float | None, how: str) -> Verdict:
+    """Put a verdict into words: it holds if there is no witness."""
+    holds = witness is None
+    said = f"The {law.title} {name}" if holds else f"The {law.title} must be such that it {name}, but {failure}"
+    return Verdict(f"{law.name} {name}", holds, margin, witness, f"{said} ({how}).")
+
+
+def _even(law: Examined) -> Verdict:
+    name, tree, variable = "is even", law.expression.tree, symbol(law.letter)
+    if tree.xreplace({variable: -variable}) == tree or (law.sides is not None and _same(*law.sides)):
+        return _verdict(law, name, "", 0.0, None, _FROM_FORMULA)
+    value, grid = law.part(0), law.grid[law.grid > 0.0]
+    right, left = value(grid), value(-grid)
     with np.errstate(all="ignore"):
-        odd = np.abs(value(grid) - value(-grid))
-        excess = odd - 1e3 * _ROUNDING * _size(law, grid)
-    if law.sides is not None and _same(*law.sides):
-        return law.verdict("is even", "", 0.0, None, _FROM_FORMULA)
-    worst = _worst(excess)
-    if not excess[worst] > 0.0:
-        return law.verdict("is even", "", -float(np.nanmax(odd)), None, law.range_words)
-    m = float(abs(grid[worst]))
-    failure = f"it is {float(value(m)):.6g} at {law.letter} = {m:.6g} and {float(value(-m)):.6g} at {-m:.6g}"
-    how = _FROM_FORMULA if law.sides is not None else law.range_words
-    return law.verdict("is even", failure, -float(odd[worst]), m, how)
+        odd = np.where(np.isnan(right) & np.isnan(left) | (right == left), 0.0, np.abs(right - left))
+        fails = ~(odd <= 1e3 * _ROUNDING * (law.size(grid) + law.size(-grid)))
+    fails &= odd != 0.0
+    largest = float(np.max(np.where(np.isnan(odd), math.inf, odd)))
+    if not fails.any():
+        return _verdict(law, name, "", -largest, None, law.range_words)
+    m = _readable(grid[fails])
+    words = f"it is {float(value(m)):.6g} at {law.letter} = {m:.6g} and {float(value(-m)):.6g} at {-m:.6g}"
+    return _verdict(law, name, words, -largest, m, law.range_words if law.sides is None else _FROM_FORMULA)
 
 
-def _vanishes_at_0(law: _Judged, order: int) -> Verdict:
+def _vanishes_at_0(law: Examined, order: int) -> Verdict:
     name = ("vanishes at 0", "has slope 0 at 0")[order]
     tree = law.expression.derivative(order).tree
-    at_zero = [
-        constant_value(term.xreplace({symbol(law.letter): sp.S.Zero}), law.values)
-        for term in sp.Add.make_args(tree)
-    ]
+    values = {**law.values, law.letter: 0.0}
+    at_zero = [constant_value(term, values) for term in sp.Add.make_args(tree)]
     value = math.fsum(at_zero) if all(map(math.isfinite, at_zero)) else math.nan
     if abs(value) <= _ROUNDING * math.fsum(map(abs, at_zero)):
-        return law.verdict(name, "", 0.0, None, _FROM_FORMULA)
-    what = "it" if order == 0 else "its slope"
-    return law.verdict(name, f"{what} is {value:.6g} there", -abs(value), 0.0, _FROM_FORMULA)
+        return _verdict(law, name, "", 0.0, None, _FROM_FORMULA)
+    what, margin = "it" if order == 0 else "its slope", -abs(value) if math.isfinite(value) else -math.inf
+    failure = f"{what} is {value:.6g} there" if math.isfinite(value) else f"{what} has no value there"
+    return _verdict(law, name, failure, margin, 0.0, _FROM_FORMULA)
 
 
-def _not_negative(law: _Judged) -> Verdict:
+def _not_negative(law: Examined) -> Verdict:
     where, least, how = _least(law)
     words = f"it is {least:.6g} at {law.letter} = {where:.6g}"
-    return law.verdict("is nowhere negative", words, least, None if least >= 0.0 else where, how)
+    return _verdict(law, "is nowhere negative", words, least, None if least >= 0.0 else where, how)
 
 
-def _bounded_below(law: _Judged) -> Verdict:
+def _bounded_below(law: Examined) -> Verdict:
     where, least, how = _least(law)
-    words = f"it is {least:.6g} at {law.letter} = {where:.6g}"
+    if 0.0 < least <= _VANISHING * abs(float(law.part(0)(0.0))):
+        least = 0.0
+    words = f"it comes to {least:.6g} at {law.letter} = {where:.6g}"
     name = "is bounded below by a positive number"
-    return law.verdict(name, words, least, None if least > 0.0 else where, how)
+    return _verdict(law, name, words, least, None if least > 0.0 else where, how)
 
 
-def _least(law: _Judged) -> tuple[float, float, str]:
+def _least(law: Examined) -> tuple[float, float, str]:
     """Return where a law is least, its value there, and how that was found."""
     if law.sides is not None:
-        found = [
-            (side * u, value)
-            for side, half in zip((-1, 1), law.sides, strict=True)
-            if (p := half.least())
-            for u, value in [p]
-        ]
-        if len(found) == 2:
-            where, least = min(found, key=lambda pair: pair[1])
-            return _finite_witness(law, where, least)
+        left, right = law.sides[0].least(), law.sides[1].least()
+        if left is not None and right is not None:
+            u, least = min(left, right, key=lambda pair: pair[1])
+            return _finite_witness(law, u if right[1] <= left[1] else -u, least)
     grid = law.grid if law.bound is not None else np.concatenate([-np.array(_FAR[::-1]), law.grid, _FAR])
-    values = law.part(0)(grid)
+    grid = np.sort(np.concatenate([grid, deepest(law.part(0), law.grid)]))
+    values, size = law.part(0)(grid), law.size(grid)
     with np.errstate(invalid="ignore"):
-        values = np.where(
-            np.abs(values) <= 1e3 * _ROUNDING * _size(law, grid), np.maximum(values, 0.0), values
-        )
+        values = np.where(np.abs(values) <= 16 * _ROUNDING * size, np.maximum(values, 0.0), values)
     values = np.where(np.isfinite(values), values, math.inf)
     best = int(np.argmin(values))
     return float(grid[best]), float(values[best]), law.range_words
 
 
-def _finite_witness(law: _Judged, where: float, least: float) -> tuple[float, float, str]:
+def _finite_witness(law: Examined, where: float, least: float) -> tuple[float, float, str]:
     """Where a sum of powers falls without bound, go out until it is negative."""
     if math.isfinite(where):
         return where, least, _FROM_FORMULA
@@ -268,71 +190,87 @@ def _finite_witness(law: _Judged, where: float, least: float) -> tuple[float, fl
     return m, float(law.part(0)(m)), _FROM_FORMULA
 
 
-def _grows(law: _Judged) -> Verdict:
+def _grows(law: Examined) -> Verdict:
     name = "grows without bound"
     if law.sides is not None:
         tops = [half.terms[-1] if half.terms else (0.0, 0.0) for half in law.sides]
         power, coefficient = min(tops, key=lambda top: math.copysign(top[0], top[1]))
         fails = not (power > 0.0 and coefficient > 0.0)
         words = f"far out it is like {coefficient:.4g}*|{law.letter}|**{power:g}"
-        return law.verdict(
-            name, words, math.copysign(power, coefficient), 1e6 if fails else None, _FROM_FORMULA
-        )
+        return _verdict(law, name, words, math.copysign(power, coefficient), 1e6 if fails else None, _FROM_FORMULA)
     lowest = []
     for start in (law.grid[-1] / 4.0, law.grid[-1] / 2.0, *(_FAR if law.bound is None else ())):
         window = start * np.linspace(1.0, 2.0, 2001)
         values = law.part(0)(np.concatenate([window, -window]))
         lowest.append(float(np.min(np.where(np.isnan(values), math.inf, values))))
-    rises = [
-        math.inf if b == math.inf else b - a - 1e-6 * abs(a) for a, b in zip(lowest, lowest[1:], strict=False)
-    ]
+    rises = [math.inf if b == math.inf else b - a - 1e-6 * abs(a) for a, b in pairwise(lowest)]
     margin = min(rises)
-    words = f"its least value beyond {law.letter} = {law.grid[-1] / 4.0:.4g} goes {lowest[0]:.6g}, {lowest[1]:.6g}, {lowest[-1]:.6g}"
+    words = f"its least value further and further out goes {lowest[0]:.6g}, {lowest[1]:.6g}, {lowest[-1]:.6g}"
     how = f"numerically, beyond |{law.letter}| = {law.grid[-1] / 4.0:.4g}"
-    return law.verdict(name, words, margin, None if margin > 0.0 else float(law.grid[-1]), how)
+    return _verdict(law, name, words, margin, None if margin > 0.0 else float(law.grid[-1]), how)
 
 
-def _vanishes_below_0(law: _Judged) -> Verdict:
-    name = "is 0 for x <= 0"
-    x = symbol(law.letter)
+def _vanishes_below_0(law: Examined) -> Verdict:
+    name, x = "is 0 for x <= 0", symbol(law.letter)
+    formula = law.expression.tree.xreplace({fn.pos(x): sp.S.Zero}) == 0
+    if formula or (law.sides is not None and not law.sides[0].terms and float(law.part(0)(0.0)) == 0.0):
+        return _verdict(law, name, "", 0.0, None, _FROM_FORMULA)
     grid = law.grid[law.grid <= 0.0]
     values = np.abs(law.part(0)(grid))
-    worst = _worst(values)
-    if law.sides is not None and not law.sides[0].terms and values[-1] == 0.0:
-        return law.verdict(name, "", 0.0, None, _FROM_FORMULA)
-    below = law.expression.tree.xreplace({fn.pos(x): sp.S.Zero})
-    if below == 0:
-        return law.verdict(name, "", 0.0, None, _FROM_FORMULA)
-    largest = float(values[worst])
-    words = f"at x = {grid[worst]:.6g} it is {float(law.part(0)(grid[worst])):.6g}"
-    failing = None if largest <= 0.0 else float(grid[worst])
-    return law.verdict(name, words, -largest, failing, law.range_words)
+    fails = ~(values == 0.0)
+    if not fails.any():
+        return _verdict(law, name, "", 0.0, None, law.range_words)
+    witness = _readable(grid[fails])
+    words = f"at x = {witness:.6g} it is {float(law.part(0)(witness)):.6g}"
+    largest = float(np.max(np.where(np.isnan(values), math.inf, values)))
+    return _verdict(law, name, words, -largest, witness, law.range_words)
 
 
-def _positive_above_0(law: _Judged) -> Verdict:
+def _positive_above_0(law: Examined) -> Verdict:
     name = "is positive for x > 0"
     half = law.sides[1] if law.sides is not None else None
-    if half is not None and half.terms and all(c > 0.0 for _, c in half.terms):
-        return law.verdict(
-            name, "", float(half.value(1.0)), None, f"{_FROM_FORMULA}; the margin is its value at x = 1"
-        )
+    least = half.without_lowest_power().least() if half is not None and half.terms else None
+    if half is not None and least is not None:
+        value = half.value(1.0)
+        if least[1] > 0.0:
+            return _verdict(law, name, "", value, None, f"{_FROM_FORMULA}; the margin is its value at x = 1")
+        ladder = [1.0, *(2.0**k for n in range(1, 100) for k in (n, -n))]
+        witness = next((u for u in ladder if half.value(u) < 0.0), least[0])
+        words = f"at x = {witness:.6g} it is {float(law.part(0)(witness)):.6g}"
+        return _verdict(law, name, words, min(half.value(witness), 0.0), witness, _FROM_FORMULA)
+    return _positive_on_grid(law, name)
+
+
+def _positive_on_grid(law: Examined, name: str) -> Verdict:
     grid = law.grid[law.grid > 0.0]
-    if law.bound is None:
-        grid = np.concatenate([grid, _FAR]) if half is not None else grid
-    values = law.part(0)(grid)
-    # a value that underflows next to a tiny one is not a zero
-    tiny = np.convolve((values > 0.0) & (values < 1e-250), [1, 1, 1], mode="same") > 0
-    first = np.maximum.accumulate((tiny & (values == 0.0))[::-1])[::-1] & (values == 0.0)
-    judged = np.where(first | np.isposinf(values), 1.0, np.where(np.isnan(values), -math.inf, values))
-    if half is not None and half.is_polynomial and half.terms:
-        judged = np.where(np.abs(values) <= _ROUNDING * np.array([half.size(x) for x in grid]), 0.0, judged)
-    worst = int(np.argmin(judged))
-    least = float(judged[worst])
-    words = f"at x = {grid[worst]:.6g} it is {least:.6g}"
-    return law.verdict(name, words, least, float(grid[worst]) if least <= 0.0 else None, law.range_words)
+    grid = np.sort(np.concatenate([grid, deepest(law.part(0), grid)]))
+    values, size = law.part(0)(grid), law.size(grid)
+    rounding = np.abs(values) <= 16 * _ROUNDING * size
+    values = np.where(rounding & (values != 0.0), 0.0, values)
+    # close to 0 a positive law may be lost in rounding, or underflow
+    first = int(np.argmax(values > 0.0))
+    lost = (rounding[:first] & (size[:first] > 0.0)) | (0.0 < float(values[first]) < _TINY)
+    judged = np.where(np.isnan(values), -math.inf, values)
+    judged[:first][lost] = values[first]
+    judged[_underflows(values)] = _TINY
+    least = float(np.min(judged))
+    if least > 0.0:
+        return _verdict(law, name, "", least, None, law.range_words)
+    witness = _readable(grid[judged <= 0.0])
+    words = f"at x = {witness:.6g} it is {float(law.part(0)(witness)):.6g}"
+    return _verdict(law, name, words, least, witness, law.range_words)
 
 
-def _smooth(law: _Judged, order: int) -> Verdict:
+def _underflows(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which values are 0 at the far end only because tiny ones precede them."""
+    positive = np.flatnonzero(values > 0.0)
+    tail = np.zeros(values.shape, dtype=bool)
+    if positive.size and values[positive[-1]] < _TINY:
+        tail[positive[-1] + 1 :] = values[positive[-1] + 1 :] == 0.0
+    return tail
+
+
+def _smooth(law: Examined, order: int) -> Verdict:
     name = "is twice continuously differentiable" if order == 2 else "is continuously differentiable"
     how = _FROM_FORMULA if law.sides is not None else law.range_words
     parts = [law.part(k) for k in range(order + 1)]
@@ -343,67 +281,22 @@ def _smooth(law: _Judged, order: int) -> Verdict:
             if 0.0 in law.grid[np.isnan(values)]:
                 witness = 0.0
             words = f"its derivative of order {k} has no value at {law.letter} = {witness:.6g}"
-            return law.verdict(name, words, -math.inf, witness, how)
-    for z in _suspects(law):
+            return _verdict(law, name, words, -math.inf, witness, how)
+    for z in law.suspects():
         for k, part in enumerate(parts):
-            jump = _jump(part, z, law.grid[-1])
+            jump = jump_at(part, z, law.grid[-1])
             if jump > 0.0:
                 words = f"its derivative of order {k} jumps by {jump:.6g} at {law.letter} = {z:.6g}"
-                return law.verdict(name, words, -jump, z, how)
-    return law.verdict(name, "", 0.0, None, how)
-
-
-def _suspects(law: _Judged) -> list[float]:
-    """Return the arguments at which a formula may fail to be smooth: kinks, jumps, poles, roots and logarithms of 0."""
-    variable, suspects = symbol(law.letter), {0.0}
-    for node in law.expression.tree.atoms(sp.Function, sp.Pow):
-        inner = node.args[0]
-        if not fn.depends(inner, variable) or _is_smooth(node, law.values, variable):
-            continue
-        function = law.compiled(sp.cos(inner) if isinstance(node, sp.tan) else inner)
-        suspects.update(z + 0.0 for z in sign_changes(function, law.grid) + touching(function, law.grid))
-    return sorted(suspects, key=abs)
-
-
-def _is_smooth(node: Any, values: Mapping[str, float], variable: Any) -> bool:
-    if isinstance(node, sp.Pow):
-        exponent = node.args[1]
-        number = math.nan if fn.depends(exponent, variable) else constant_value(exponent, values)
-        return number >= 0.0 and number == math.floor(number)
-    return isinstance(node, (sp.exp, sp.sin, sp.cos, sp.tanh, sp.sinh, sp.cosh, sp.atan))
-
-
-def _jump(function: ArrayFunction, z: float, end: float) -> float:
-    """Return by how much a function jumps at a point, 0 if the difference across it shrinks with the distance."""
-    scale = abs(z) if z != 0.0 else 1e-3 * end
-    near = scale * np.array([2.0**-10, 2.0**-20, 2.0**-30])
-    right, left, centre = function(z + near), function(z - near), float(function(z))
-    if not (np.isfinite(right).all() and np.isfinite(left).all() and math.isfinite(centre)):
-        return math.inf
-    across = np.abs(right - left)
-    off = np.maximum(np.abs(right - centre), np.abs(left - centre))
-    size = float(max(np.max(np.abs(right)), np.max(np.abs(left)), abs(centre)))
-    difference = np.maximum(across, off)
-    if difference[2] <= 0.3 * difference[0] or difference[2] <= 1e-9 * size:
-        return 0.0
-    return float(difference[2])
+                return _verdict(law, name, words, -jump, z, how)
+    return _verdict(law, name, "", 0.0, None, how)
 
 
 def _same(a: HalfLine, b: HalfLine) -> bool:
-    powers = {p for p, _ in a.terms + b.terms}
-    return all(
-        abs(a.coefficient(p) - b.coefficient(p))
-        <= _ROUNDING * abs(a.coefficient(p)) + _ROUNDING * abs(b.coefficient(p))
-        for p in powers
-    )
+    pairs = [(a.coefficient(p), b.coefficient(p)) for p in {p for p, _ in a.terms + b.terms}]
+    return all(abs(x - y) <= _ROUNDING * (abs(x) + abs(y)) for x, y in pairs)
 
 
-def _size(law: _Judged, grid: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the scale of rounding of a law: the sum of its terms' magnitudes."""
-    terms = [np.abs(law.compiled(term)(grid)) for term in sp.Add.make_args(law.expression.tree)]
-    return np.asarray(np.sum(terms, axis=0), dtype=np.float64)
-
-
-def _worst(values: NDArray[np.float64]) -> int:
-    """Return where values are largest; of equals, the argument that is easiest to read comes out of the grid's order."""
-    return int(np.argmax(np.where(np.isnan(values), math.inf, values)))
+def _readable(witnesses: NDArray[np.float64]) -> float:
+    """Return the witness nearest to 1, the easiest to check by hand."""
+    with np.errstate(divide="ignore"):
+        return float(witnesses[int(np.argmin(np.abs(np.log(np.abs(witnesses)))))])

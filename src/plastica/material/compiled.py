@@ -131,9 +131,7 @@ class _Writer:
         body = [*self.body, ast.Return(result)]
         if self.may_raise and otherwise is not None:
             body = [_guarded(body)]
-        return _compiled(
-            body, {**(_SCALAR if self.scalar else _ARRAY), "otherwise": otherwise, "raised": _RAISED}
-        )
+        return _compiled(body, {**(_SCALAR if self.scalar else _ARRAY), "otherwise": otherwise, "raised": _RAISED})
 
     def part(self, tree: Any) -> _Part:
         """Write one node, once."""
@@ -182,9 +180,7 @@ class _Writer:
             divides = exponent.is_number and float(exponent) < 0
             part = self.power(self.part(base), -float(exponent)) if divides else self.part(factor)
             if isinstance(part, float):
-                constant = cast(
-                    "float", self.ratio(constant, part) if divides else self.times(constant, part)
-                )
+                constant = cast("float", self.ratio(constant, part) if divides else self.times(constant, part))
             elif divides:
                 below = self.times(below, part)
             else:

@@ -178,7 +178,7 @@ def breakpoints(expression: Expression, values: Mapping[str, float]) -> tuple[Br
         slope = fn.derive(node.args[0], variable)
         if fn.depends(slope, variable):
             continue
-        a, b = constant_value(slope, values), constant_value(node.args[0].xreplace({variable: 0}), values)
+        a, b = constant_value(slope, values), constant_value(node.args[0], {**values, expression.variable: 0.0})
         if a == 0.0 or not math.isfinite(b / a):
             continue
         position = -b / a + 0.0
@@ -187,9 +187,7 @@ def breakpoints(expression: Expression, values: Mapping[str, float]) -> tuple[Br
     return tuple(Breakpoint(position, found[position]) for position in sorted(found))
 
 
-def _restored(
-    text: str, variable: str | None, parameters: tuple[str, ...], allow_step: bool, order: int
-) -> Expression:
+def _restored(text: str, variable: str | None, parameters: tuple[str, ...], allow_step: bool, order: int) -> Expression:
     made = parse(text, variable=variable, parameters=parameters, allow_step=allow_step, where="expression")
     return made.derivative(order) if order else made
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -18,9 +19,9 @@ from plastica.material import functions as fn
 from plastica.material.compiled import ArrayFunction, constant_value
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["HalfLine", "bisect", "half_line", "sign_changes", "touching"]
+__all__ = ["HalfLine", "bisect", "deepest", "half_line", "sign_changes", "touching"]
 
 _ROUNDING: Final = 64 * float(np.finfo(float).eps)
 _HIGHEST_DEGREE: Final = 64.0
@@ -44,11 +45,16 @@ class HalfLine:
 
     def value(self, u: float) -> float:
         """Evaluate the sum."""
-        return math.fsum(c * u**p for p, c in self.terms)
+        with np.errstate(all="ignore"):
+            return float(np.sum(self._at(u)))
 
     def size(self, u: float) -> float:
         """Return the sum of the terms' magnitudes: the scale of rounding in `value`."""
-        return math.fsum(abs(c) * u**p for p, c in self.terms)
+        return float(np.sum(np.abs(self._at(u))))
+
+    def _at(self, u: float) -> NDArray[np.float64]:
+        with np.errstate(all="ignore"):
+            return np.array([c * np.float64(u) ** p for p, c in self.terms], dtype=np.float64)
 
     def least(self) -> tuple[float, float] | None:
         """Return (u, value) where the sum is least on u >= 0, a value within rounding of 0 being 0.
@@ -64,17 +70,26 @@ class HalfLine:
             return math.inf, -math.inf
         if not self.is_polynomial:
             return None
-        slope = np.zeros(int(self.terms[-1][0]))
+        points = [0.0, *self.critical()]
+        values = [v if abs(v := self.value(u)) > _ROUNDING * self.size(u) else 0.0 for u in points]
+        best = int(np.argmin(values))
+        return points[best], values[best]
+
+    def without_lowest_power(self) -> HalfLine:
+        """Return the sum divided by its lowest power of u: of the same sign for u > 0."""
+        lowest = self.terms[0][0]
+        return HalfLine(tuple((p - lowest, c) for p, c in self.terms))
+
+    def critical(self) -> list[float]:
+        """Return the positive points where the derivative of a polynomial vanishes, or nearly does."""
+        slope = np.zeros(int(self.terms[-1][0]) if self.terms else 0)
         for p, c in self.terms:
             if p > 0.0:
                 slope[int(p) - 1] = p * c
         roots = np.roots(slope[::-1])
         # a double root comes out as a pair that is complex by the root of the rounding
-        near = roots[(np.abs(roots.imag) <= 1e-4 * np.abs(roots)) & (roots.real > 0.0)].real
-        points = [0.0, *map(float, near)]
-        values = [v if abs(v := self.value(u)) > _ROUNDING * self.size(u) else 0.0 for u in points]
-        best = int(np.argmin(values))
-        return points[best], values[best]
+        near = (np.abs(roots.imag) <= 1e-4 * np.abs(roots)) & (roots.real > 0.0)
+        return sorted(map(float, roots[near].real))
 
 
 def half_line(tree: Any, variable: Any, values: Mapping[str, float], side: int) -> HalfLine | None:
@@ -101,31 +116,26 @@ def half_line(tree: Any, variable: Any, values: Mapping[str, float], side: int) 
 
 
 def _terms(tree: Any, variable: Any, values: Mapping[str, float], side: float) -> _Terms | None:
-    if tree == variable:
-        return {1.0: (side, 1.0)}
-    if not fn.depends(tree, variable):
-        number = constant_value(tree, values)
-        return {0.0: (number, abs(number))}
+    if tree.is_Symbol or not fn.depends(tree, variable):
+        number = side if tree == variable else constant_value(tree, values)
+        return {float(tree == variable): (number, abs(number))}
     if not (tree.is_Add or tree.is_Mul or tree.is_Pow or isinstance(tree, _PIECEWISE)):
         return None
     if tree.is_Pow:
         base = _terms(tree.args[0], variable, values, side)
-        return (
-            None if fn.depends(tree.args[1], variable) else _power(base, constant_value(tree.args[1], values))
-        )
+        return None if fn.depends(tree.args[1], variable) else _power(base, constant_value(tree.args[1], values))
     parts = [_terms(part, variable, values, side) for part in tree.args]
     known = [part for part in parts if part is not None]
     if len(known) < len(parts):
         return None
-    if tree.is_Add:
-        return _sum(known)
-    return _product(known) if tree.is_Mul else _piecewise(tree, known[0])
+    combine = _sum if tree.is_Add else _product if tree.is_Mul else partial(_piecewise, tree)
+    return combine(known)
 
 
 _PIECEWISE: Final = (fn.pos, fn.absolute, *fn.STEP_LIKE)
 
 
-def _sum(parts: list[_Terms]) -> _Terms:
+def _sum(parts: list[_Terms]) -> _Terms | None:
     result: _Terms = {}
     for part in parts:
         for p, (c, size) in part.items():
@@ -137,12 +147,8 @@ def _sum(parts: list[_Terms]) -> _Terms:
 def _product(parts: list[_Terms]) -> _Terms | None:
     result: _Terms = {0.0: (1.0, 1.0)}
     for part in parts:
-        products = [
-            {p + q: (c * d, size * other)}
-            for p, (c, size) in result.items()
-            for q, (d, other) in part.items()
-        ]
-        result = _sum(products)
+        products = [{p + q: (c * d, size * other)} for p, (c, size) in result.items() for q, (d, other) in part.items()]
+        result = _sum(products) or {}
         if max(result, default=0.0) > _HIGHEST_DEGREE:
             return None
     return result
@@ -156,19 +162,15 @@ def _power(base: _Terms | None, exponent: float) -> _Terms | None:
     if len(base) == 1:
         ((p, (c, _)),) = base.items()
         if c > 0.0 or (c < 0.0 and exponent == math.floor(exponent)):
-            value = constant_value(_NUMBER(c) ** _NUMBER(exponent), {})
+            with np.errstate(all="ignore"):
+                value = float(np.power(np.float64(c), exponent))
             return {p * exponent: (value, abs(value))}
     return None
 
 
-def _NUMBER(value: float) -> Any:
-    import sympy as sp
-
-    return sp.Float(value)
-
-
-def _piecewise(tree: Any, argument: _Terms) -> _Terms | None:
+def _piecewise(tree: Any, arguments: list[_Terms]) -> _Terms | None:
     """Resolve a piecewise function whose argument keeps one sign on the half line."""
+    (argument,) = arguments
     signs = {math.copysign(1.0, c) for c, _ in argument.values() if c != 0.0}
     if len(signs) > 1:
         return None
@@ -212,18 +214,30 @@ def bisect(function: ArrayFunction, low: float, high: float) -> float:
 
 def touching(function: ArrayFunction, grid: NDArray[np.float64]) -> list[float]:
     """Find zeros where a function touches 0 without changing sign: minima of |function| that reach 0."""
-    with np.errstate(invalid="ignore"):
-        values = np.abs(function(grid))
-        inside = np.flatnonzero(
-            (values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & (values[1:-1] > 0.0)
-        )
+
+    def size(x: ArrayLike) -> NDArray[np.float64]:
+        return np.abs(function(x))
+
+    scale = size(grid)
     found = []
-    for i in inside[:50]:
-        around = np.linspace(grid[i], grid[i + 2], 33)
-        for _ in range(14):
-            best = int(np.clip(np.argmin(np.abs(function(around))), 1, 31))
-            around = np.linspace(around[best - 1], around[best + 1], 33)
-        x = float(around[16])
-        if abs(float(function(x))) <= 1e-12 * float(max(values[i], values[i + 2])):
+    for x in deepest(size, grid):
+        i = int(np.searchsorted(grid, x))
+        near = scale[max(i - 2, 0) : i + 2]
+        if float(np.max(near)) > 0.0 and float(size(x)) <= 1e-12 * float(np.max(near)):
             found.append(x)
+    return found
+
+
+def deepest(function: ArrayFunction, grid: NDArray[np.float64], most: int = 16) -> list[float]:
+    """Refine the lowest local minima of a function between the points of a grid, by nested sampling."""
+    values = np.where(np.isnan(v := function(grid)), math.inf, v)
+    inside = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:]))
+    lowest = inside[np.argsort(values[inside + 1], kind="stable")][:most]
+    found = []
+    for i in lowest:
+        around = np.linspace(grid[i], grid[i + 2], 33)
+        for _ in range(12):
+            best = int(np.clip(np.argmin(function(around)), 1, 31))
+            around = np.linspace(around[best - 1], around[best + 1], 33)
+        found.append(float(around[int(np.argmin(function(around)))]))
     return found

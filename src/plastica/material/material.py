@@ -146,9 +146,7 @@ class Material:
     def expressions(self) -> Mapping[str, Expression]:
         """The three laws, read: by name."""
         names = tuple(self.parameters)
-        read = {
-            law: parse(getattr(self, law), variable=v, parameters=names, where=law) for law, v in LAWS.items()
-        }
+        read = {law: parse(getattr(self, law), variable=v, parameters=names, where=law) for law, v in LAWS.items()}
         return MappingProxyType(read)
 
     @cached_property
