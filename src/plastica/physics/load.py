@@ -18,7 +18,7 @@ from plastica.physics.amounts import plain
 from plastica.physics.polyline import MAX_KNOTS, Knot, near, too_many_knots
 from plastica.physics.program import Program
 from plastica.physics.scales import KINDS, Scales
-from plastica.physics.waves import Text
+from plastica.physics.text import Text
 from plastica.units import looks_like_quantity
 
 __all__ = ["LOAD_KINDS", "Given", "Knot", "Load", "Program"]
@@ -118,6 +118,13 @@ class Load:
     def is_constant(self) -> bool:
         """Whether no load changes at t ≥ 0."""
         return all(program.constant for _, program in self.items())
+
+    @property
+    def settled(self) -> float | None:
+        """The time, at least 0, from which on all loads are constant; None if they never are."""
+        times = [program.settled for _, program in self.items()]
+        known = [t for t in times if t is not None]
+        return max(known) if len(known) == len(times) else None
 
     def dimensionless(self, scales: Scales, *, si: bool) -> Load:
         """Return the dimensionless loads in dimensionless time.

@@ -202,6 +202,12 @@ class Polyline:
             for i in np.flatnonzero(chosen)
         )
 
+    @property
+    def settled(self) -> float:
+        """The time, at least 0, from which on the value is constant."""
+        changing = (self.left != self.right) | (self.slopes[:-1] != 0.0)
+        return max(float(self.times[changing].max(initial=0.0)), 0.0)
+
     def variation(self, until: float) -> float:
         """Return the total variation on [0, until], jumps included."""
         path = self._path(until)

@@ -122,6 +122,11 @@ class Program(ABC):
     def constant(self) -> bool:
         """Whether the value is the same at all t ≥ 0."""
 
+    @property
+    @abstractmethod
+    def settled(self) -> float | None:
+        """The time, at least 0, from which on the value is constant; None if it never is."""
+
     @abstractmethod
     def on(self, a: float, b: float) -> Piece:
         """Return the program on [a, b], with the right limit at a and the left limit at b.
@@ -240,6 +245,11 @@ class Polygonal(Program):
         """Whether the value is the same at all t ≥ 0."""
         least, greatest = self.extreme(math.inf)
         return least == greatest
+
+    @property
+    def settled(self) -> float | None:
+        """The time, at least 0, from which on the value is constant."""
+        return self.rows(0.0, math.inf).settled
 
     def on(self, a: float, b: float) -> Piece:
         """Return the program on [a, b]; see `Program.on`."""

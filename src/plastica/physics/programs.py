@@ -18,7 +18,8 @@ from plastica.physics.polyline import MAX_KNOTS, Knot, Piece
 from plastica.physics.program import Program, known_keys
 from plastica.physics.reading import read_parameters, read_times, read_values
 from plastica.physics.shapes import LARGEST_TABLE, Constant, Cycles, RampHoldRelease, Table
-from plastica.physics.waves import Sine, Text
+from plastica.physics.text import Text
+from plastica.physics.waves import Sine
 
 __all__ = [
     "MAX_KNOTS",

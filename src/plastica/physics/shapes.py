@@ -204,6 +204,13 @@ class Cycles(Polygonal):
         times: Array = self.start + k.astype(np.float64) * step
         return Polyline(times, left, right)
 
+    @property
+    def settled(self) -> float | None:
+        """The end of the last cycle; None if they never end."""
+        if self.constant:
+            return 0.0
+        return None if self.count is None else super().settled
+
     def extreme(self, until: float) -> tuple[float, float]:
         """Return the least and the greatest value on [0, until], exactly."""
         if until >= self.start + self.period:
