@@ -19,7 +19,7 @@ from plastica.physics.load import LOAD_KINDS, Load
 from plastica.physics.polyline import Knot
 from plastica.physics.program import Program
 from plastica.physics.scales import Scales
-from test_programs import EPS, SPECIMEN, UNTIL, everything, size_of, values_on
+from tests.test_programs import EPS, SPECIMEN, UNTIL, everything, size_of, values_on
 
 
 def check_dimensionless(scales: Scales) -> None:
