@@ -128,9 +128,9 @@ class History:
         on_node = difference == 0.0
         difference[on_node] = 1.0
         terms = _barycentric_weights(degree) / difference
-        terms /= terms.sum(axis=1, keepdims=True)
         hit = on_node.any(axis=1)
         terms[hit] = on_node[hit]
+        terms /= terms.sum(axis=1, keepdims=True)
         out = np.zeros((query.size, self.y.shape[1]))
         for j in range(degree + 1):
             out += terms[:, j, None] * self.y[first + j]

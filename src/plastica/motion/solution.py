@@ -181,8 +181,7 @@ class Solution:
             raise ArgumentError(f"must give at most {LARGEST_TABLE} values", where="s, t", value=shape)
         places, at_place = np.unique(_snapped(where, 0.0, 1.0), return_inverse=True)
         moments, at_moment = np.unique(_snapped(when, self.history.start, self.history.end), return_inverse=True)
-        states = self.history(moments)[:, : self.model.grid.size]
-        table = states @ self.model.grid.interpolation(places).T
+        table = self.model.curvature_between(moments, self.history(moments)[:, : self.model.grid.size], places)
         index = np.broadcast_arrays(at_moment.reshape(when.shape), at_place.reshape(where.shape))
         values = table[tuple(index)] * scales.curvature
         return float(values) if shape == () else values

@@ -40,6 +40,13 @@ Array = NDArray[np.float64]
 
 MOST_STEPS = 200_000
 
+STEP_SHARE = 0.25
+"""Share of the tolerance that one step may spend: rods that creep through a bottleneck amplify what they are given. It
+brings the largest error over the reference motions from 89 to 23 rtol, at 10 to 20 % more evaluations."""
+
+SMALLEST_RTOL = 100.0 * float(np.finfo(float).eps)
+"""What SciPy's solvers take at the least."""
+
 LEG_STEPS = 2000
 """Steps after which a leg ends in any case, so that a long run has places to be taken up again."""
 
@@ -170,8 +177,8 @@ def _run(
     strut = problem.strut
     options = Options(
         plan.method,
-        plan.rtol,
-        problem.atol,
+        max(STEP_SHARE * plan.rtol, SMALLEST_RTOL),
+        STEP_SHARE * problem.atol,
         leg_steps=min(LEG_STEPS, plan.max_steps),
         longest_step=longest_step(strut, plan),
     )

@@ -137,6 +137,12 @@ class Grid:
         """Return the same elements with another number of nodes on each."""
         return Grid(nodes, self.breaks)
 
+    def refined(self) -> Grid:
+        """Return the same elements with twice the nodes, or the grid itself where that would be too many."""
+        if 2 * self.per_element > LARGEST_NODES or 2 * self.size > LARGEST_SIZE:
+            return self
+        return Grid(2 * self.per_element, self.breaks)
+
     def with_breaks(self, positions: Iterable[float]) -> Grid:
         """Return the grid with further element ends; positions at existing ends (to 1e-12) add nothing."""
         breaks = list(self.breaks)
@@ -173,6 +179,11 @@ class Grid:
         matrix = np.zeros((points.size, self.size))
         columns = element[:, None] * n + np.arange(n)
         matrix[np.arange(points.size)[:, None], columns] = rows
+        # The way through the element's coordinate rounds; a node must give its own value to the last bit.
+        node = np.minimum(np.searchsorted(self.s, points), self.size - 1)
+        hit = self.s[node] == points
+        matrix[hit] = 0.0
+        matrix[hit, node[hit]] = 1.0
         return matrix
 
     def integration(self, s: ArrayLike) -> Array:
