@@ -109,6 +109,9 @@ def integrate(
         t = start
         if moving is None:
             moving = kern.excess(y)[1] > 0.0
+        if stop is not None and stop(t, y, kern):
+            yield Leg(History.at_rest(t, y), "stopped", moving, moving, "", 1, 0)
+            return
         while t < end:
             leg = _leg(kern, t, y, end, options, moving, stop)
             yield leg
@@ -200,7 +203,7 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
                 break
     if ending == "solver_failed" and caught:
         message = f"{message} {caught[-1].message}".strip()
-    return Leg(record.history(), ending, started_moving, moving, message, solver.nfev, solver.njev)
+    return Leg(record.history(), ending, started_moving, moving, message, int(solver.nfev), int(solver.njev))
 
 
 def _switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: bool) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from plastica._version import __version__
 from plastica.motion.dataset import natural_centre_line
+from plastica.physics.bounds import Bounds
 from plastica.units import format_quantity
 
 if TYPE_CHECKING:
@@ -212,6 +213,15 @@ def provenance(solution: Solution) -> dict[str, str | int | float]:
     }
 
 
+def _bounds_in_words(bound: Bounds, met: float) -> str:
+    if not np.isfinite(bound.norm):
+        return f"no a-priori bound (an end couple, or a preference energy that stays low); |mu| + |mu_nat| met: {met:.4g}"
+    return (
+        f"|mu| + |mu_nat| <= {bound.norm:.4g} a priori, {met:.4g} met; "
+        f"two motions part at most like exp({bound.growth:.3g} t)"
+    )
+
+
 def introduction(solution: Solution) -> str:
     """Return a summary of a solution on a few lines."""
     counts, grid = solution.counts, solution.model.grid
@@ -224,8 +234,7 @@ def introduction(solution: Solution) -> str:
         f"verdict   {solution.outcome.sentence}",
         f"distance  {solution.outcome.distance}",
         f"ledger    {solution.ledger}",
-        f"bounds    |mu| + |mu_nat| <= {bound.norm:.4g} a priori, at most {met:.4g} met; "
-        f"two motions part at most like exp({bound.growth:.3g} t)",
+        f"bounds    {_bounds_in_words(bound, met)}",
         f"method    {solution.method}, rtol {solution.rtol:g}, {grid.per_element} nodes on {elements}; "
         f"{counts.steps} steps, {counts.rates} rates, {counts.jacobians} Jacobians, {counts.restarts} restarts, "
         f"{solution.wall:.3f} s",

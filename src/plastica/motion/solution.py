@@ -219,6 +219,8 @@ class Solution:
 
         return introduction(self)
 
+    __repr__ = __str__
+
 
 def _snapped(values: Array, lower: float, upper: float) -> Array:
     """Values within rounding of an end are put on it: an SI length divided by itself may miss 1 by an ulp."""
