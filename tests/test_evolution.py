@@ -81,13 +81,13 @@ def test_error_follows_the_tolerance() -> None:
 
 
 def test_nodes_converge_geometrically() -> None:
-    """Order in space: every node more gains a factor between 2 and 6 at gamma = 8; 20 nodes are good to 1e-10."""
+    """Order in space: every node more gains a factor between 2 and 6 at gamma = 8; 20 nodes are good to 2e-9."""
     case = reference()[1]
     nodes = np.array([6, 8, 10, 12, 14])
     errors = np.array([reference_error(solution_of(case, nodes=int(n), rtol=1e-12), case) for n in nodes])
     gain = 10.0 ** -np.polyfit(nodes, np.log10(errors), 1)[0]
     assert 2.0 <= gain <= 6.0
-    assert reference_error(solution_of(case, nodes=20, rtol=1e-12), case) <= 1e-9
+    assert reference_error(solution_of(case, nodes=20, rtol=1e-12), case) <= 2e-9
 
 
 def test_a_jump_inside_an_element_costs_all_but_first_order() -> None:

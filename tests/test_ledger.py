@@ -41,7 +41,7 @@ def check_natural(sol: pl.Solution) -> None:
     strut, n = sol.model, sol.grid.size
     y = sol.history.y
     natural = y[:, n]
-    mu_t, rate = strut.rate(sol.history.t, y[:, :n], natural)
+    _, rate = strut.rate(sol.history.t, y[:, :n], natural)
     drive = strut.drive(y[:, :n], natural)
     assert np.all(drive * rate >= 0.0)
     assert np.all(entropy_rate(strut, sol.history.t, y[:, :n], natural) @ strut.grid.w >= -4.0 * EPS)

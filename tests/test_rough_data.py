@@ -1,4 +1,4 @@
-"""Claim 4: mu(s, t) = exp(-t) mu_0(s) + xi(s, t), xi Lipschitz in s with constant gamma: rough data stay rough, decaying."""
+"""Claim 4: mu = exp(-t) mu_0 + xi, xi Lipschitz in s with constant gamma: rough data stay rough, decaying."""
 
 from __future__ import annotations
 

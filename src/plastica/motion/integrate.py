@@ -183,10 +183,14 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
             if solver.status == "failed":
                 ending = "solver_failed"
                 break
-            dense, lower, upper, last = solver.dense_output(), solver.t_old, solver.t, solver.y
+            lower, upper, last = solver.t_old, solver.t, solver.y
+            if upper == lower:
+                ending, message = "solver_failed", "its step became too small to change the time"
+                break
             if not np.isfinite(last).all():
                 ending = "not_finite"
                 break
+            dense = solver.dense_output()
             if (kern.excess(last)[1] > 0.0) != moving:
                 switch = _switch(kern, dense, lower, upper, moving)
                 moving = not moving

@@ -215,7 +215,7 @@ def provenance(solution: Solution) -> dict[str, str | int | float]:
 
 def _bounds_in_words(bound: Bounds, met: float) -> str:
     if not np.isfinite(bound.norm):
-        return f"no a-priori bound (an end couple, or a preference energy that stays low); |mu| + |mu_nat| met: {met:.4g}"
+        return f"no a-priori bound (an end couple, or a preference energy that stays low); met: {met:.4g}"
     return (
         f"|mu| + |mu_nat| <= {bound.norm:.4g} a priori, {met:.4g} met; "
         f"two motions part at most like exp({bound.growth:.3g} t)"

@@ -141,9 +141,8 @@ class Strut:
         curvature = np.asarray(mu, dtype=float)
         fine = self.with_grid(self.grid.refined())
         _, shear = fine.force(t, curvature @ self.grid.integration(fine.grid.s).T)
-        couple = shear @ (fine.grid.w - fine.grid.integration(s)).T
-        _, at_nodes = self.force(t, self.angle(curvature))
-        return (curvature - at_nodes @ self.grid.B.T) @ self.grid.interpolation(s).T + couple
+        couple, at_nodes = (shear @ (fine.grid.w - fine.grid.integration(x)).T for x in (s, self.grid.s))
+        return (curvature - at_nodes) @ self.grid.interpolation(s).T + couple
 
     def drive(self, mu: ArrayLike, mu_nat: ArrayLike) -> Array:
         """Driving force on the natural curvature, D = int mu - mu_nat - kappa'(mu_nat)."""
