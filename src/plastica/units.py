@@ -21,18 +21,9 @@ if TYPE_CHECKING:
     from pint import UnitRegistry
 
 __all__ = [
-    "BASE_UNITS",
-    "DIMENSIONLESS",
-    "Dimension",
-    "dimension_of",
-    "dimension_text",
-    "format_quantity",
-    "looks_like_quantity",
-    "parse_quantity",
-    "quantity",
-    "unit_power",
-    "unit_product",
-]
+    "BASE_UNITS", "DIMENSIONLESS", "Dimension", "dimension_of", "dimension_text", "format_quantity",
+    "looks_like_quantity", "parse_quantity", "quantity", "unit_power", "unit_product",
+]  # fmt: skip
 
 Dimension: TypeAlias = tuple[Fraction, ...]
 """Exponents of `BASE_UNITS`, in that order."""

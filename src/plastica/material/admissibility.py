@@ -174,8 +174,8 @@ def _least(law: Examined) -> tuple[float, float, str]:
     with np.errstate(invalid="ignore"):
         values = np.where(np.abs(values) <= 16 * _ROUNDING * size, np.maximum(values, 0.0), values)
     values = np.where(np.isfinite(values), values, math.inf)
-    best = int(np.argmin(values))
-    return float(grid[best]), float(values[best]), law.range_words
+    least = float(np.min(values))
+    return _readable(grid[values <= least + 1e-9 * abs(least)]), least, law.range_words
 
 
 def _finite_witness(law: Examined, where: float, least: float) -> tuple[float, float, str]:

@@ -39,6 +39,7 @@ _ARRAY: Final[dict[str, Any]] = {
     "absolute": np.abs,
     "sign": np.sign,
 }
+_LONGEST_CHAIN: Final = 40
 _RAISED: Final = (OverflowError, ValueError, ZeroDivisionError)
 
 
@@ -168,14 +169,15 @@ class _Writer:
         if not rest:
             return float(constant)
         result = rest[0]
-        for term in rest[1:]:
-            result = ast.BinOp(result, ast.Add(), term)
+        for i, term in enumerate(rest[1:], 1):
+            # long sums in pieces: the compiler recurses into its operands
+            result = ast.BinOp(self.local(result) if i % _LONGEST_CHAIN == 0 else result, ast.Add(), term)
         return ast.BinOp(result, ast.Add(), ast.Constant(constant)) if constant != 0.0 else result
 
     def product(self, tree: Any) -> _Part:
         """Write a product as numerator / denominator, its constants gathered in front."""
         constant, above, below = 1.0, cast("_Part", 1.0), cast("_Part", 1.0)
-        for factor in tree.args:
+        for i, factor in enumerate(tree.args, 1):
             base, exponent = factor.args if factor.is_Pow else (factor, sp.S.One)
             divides = exponent.is_number and float(exponent) < 0
             part = self.power(self.part(base), -float(exponent)) if divides else self.part(factor)
@@ -184,7 +186,7 @@ class _Writer:
             elif divides:
                 below = self.times(below, part)
             else:
-                above = self.times(above, part)
+                above = self.times(self.kept(above) if i % _LONGEST_CHAIN == 0 else above, part)
         return self.times(constant, self.ratio(above, below))
 
     def times(self, a: _Part, b: _Part) -> _Part:

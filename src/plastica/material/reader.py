@@ -25,7 +25,9 @@ __all__ = ["read_tree"]
 LONGEST_TEXT: Final = 500
 MOST_NODES: Final = 400
 DEEPEST: Final = 60
+MOST_CALLS: Final = 6
 LARGEST_EXPONENT: Final = 64
+LARGEST_DERIVATIVE: Final = 2000
 _LARGEST_INTEGER: Final = 2**53
 
 _TOKEN: Final = re.compile(
@@ -89,8 +91,28 @@ def read_tree(
     """
     node = _syntax(text, where)
     reader = _Reader(str(text), variable, parameters, allow_step, where)
-    tree = reader.checked(reader.read(node))
-    return sp.sympify(tree, strict=True), frozenset(reader.used)
+    tree = sp.sympify(reader.checked(reader.read(node)), strict=True)
+    if variable is not None and _derivative_sizes(tree, symbol(variable))[2] > LARGEST_DERIVATIVE:
+        rule = "must be simple enough to be differentiated twice"
+        raise ArgumentError(rule, where=where, value=text, next_step="Nest and multiply fewer functions.")
+    return tree, frozenset(reader.used)
+
+
+def _derivative_sizes(tree: Any, variable: Any) -> tuple[int, int, int]:
+    """Estimate the sizes of a tree and of its first two derivatives, without forming them."""
+    if not tree.args:
+        return 1, int(tree == variable), 0
+    parts = [_derivative_sizes(part, variable) for part in tree.args]
+    if tree.is_Add:
+        return sum(p[0] for p in parts), sum(p[1] for p in parts), sum(p[2] for p in parts)
+    a0, a1, a2 = parts[0]
+    for b0, b1, b2 in parts[1:]:
+        ab, ba = (a0 + b1 if b1 else 0), (a1 + b0 if a1 else 0)
+        twice = 2 * (a1 + b1) if a1 and b1 else 0
+        a0, a1, a2 = a0 + b0, ab + ba, (a2 + b0 if a2 else 0) + twice + (a0 + b2 if b2 else 0)
+    if tree.is_Mul:
+        return a0, a1, a2
+    return 1 + a0, (1 + a0 + a1 if a1 else 0), (2 * (1 + a0 + a1) + a2 if a1 else 0)
 
 
 def _syntax(text: object, where: str) -> ast.expr:
@@ -127,16 +149,20 @@ def _refuse_token(rest: str, where: str, text: str) -> NoReturn:
 
 
 def _check_size(root: ast.expr, where: str, text: str) -> None:
-    level: list[ast.AST] = [root]
-    nodes = 0
+    """Refuse what is too large or too deep, functions within functions above all: SymPy's time grows with them."""
+    level: list[tuple[ast.AST, int]] = [(root, 0)]
+    nodes = calls = 0
     for _ in range(DEEPEST):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-        level = [node for node in level if isinstance(node, ast.expr)]
+        below = [
+            (node, n + isinstance(parent, ast.Call)) for parent, n in level for node in ast.iter_child_nodes(parent)
+        ]
+        level = [(node, n) for node, n in below if isinstance(node, ast.expr)]
         nodes += len(level)
+        calls = max((n for _, n in level), default=calls)
         if not level:
             break
-    if level or nodes > MOST_NODES:
-        rule = f"must have at most {MOST_NODES} parts, nested at most {DEEPEST} deep"
+    if level or nodes > MOST_NODES or calls > MOST_CALLS:
+        rule = f"must have at most {MOST_NODES} parts, nested at most {DEEPEST} deep, functions {MOST_CALLS} deep"
         raise ArgumentError(rule, where=where, value=text, next_step="Write it more simply.")
 
 
