@@ -1,0 +1,265 @@
+"""A film of a motion: the rod and its natural shape, and the energies below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from numpy.typing import NDArray
+
+from plastica.errors import ArgumentError
+from plastica.files import write_whole
+from plastica.motion.solution import Solution
+from plastica.show import panels
+from plastica.show.encode import WRITERS, ffmpeg
+from plastica.show.style import INK, MUTED, ROLES, drawing, new_figure
+from plastica.show.view import View, frame_times, view
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from PIL.Image import Image
+
+__all__ = ["film", "frames"]
+
+Array = NDArray[np.float64]
+
+DPI: Final = 100
+LONGEST: Final = 3000
+"""Frames of one film."""
+
+TRAIL: Final = 3
+"""Earlier shapes that fade behind the rod."""
+
+LEAST_PUSH: Final = 0.04
+"""Share of the largest thrust below which no arrow is drawn."""
+
+
+def film(solution: Solution, path: str | Path, seconds: float = 8.0, *, fps: float = 12.5, width: int = 720) -> Path:
+    """Write a film of a motion.
+
+    Above, the rod, clamped at the left, with its natural shape dashed and the thrust as an arrow; below, the
+    energies with a marker that moves along. The clock of the film is not the clock on the wall: half of it follows
+    the way of the state, half the axis of time (logarithmic for long runs), so that something happens in every
+    frame; the time is written into the picture.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+    path : str or Path
+        Ends in .gif, or in .mp4 where ffmpeg is installed.
+    seconds : float
+        How long it runs, in (0, 120].
+    fps : float
+        Frames per second, in [1, 50]; a GIF rounds to hundredths of a second.
+    width : int
+        Of the picture, in [240, 1920].
+
+    Returns
+    -------
+    Path
+        The file, which appears whole or not at all.
+
+    Raises
+    ------
+    ArgumentError
+        Where a value is out of range, the suffix is another, or ffmpeg is missing.
+    FileError
+        Where the file cannot be written.
+    """
+    target = Path(path)
+    count = _checked(solution, target, seconds, fps, width)
+    writer = WRITERS[target.suffix.lower()]
+    return write_whole(target, lambda aside: writer(frames(solution, count, width), aside, fps))
+
+
+def _checked(solution: Solution, target: Path, seconds: float, fps: float, width: int) -> int:
+    """Refuse what cannot be filmed, and return the number of frames."""
+    if not isinstance(solution, Solution):
+        raise ArgumentError("must be a Solution", where="solution", value=solution)
+    if target.suffix.lower() not in WRITERS:
+        raise ArgumentError("must end in .gif or .mp4", where="path", value=str(target))
+    ranges = {"seconds": (seconds, 0.0, 120.0), "fps": (fps, 1.0, 50.0), "width": (width, 240, 1920)}
+    for name, (value, low, high) in ranges.items():
+        if not (isinstance(value, (int, float)) and low <= value <= high and value > 0):
+            raise ArgumentError(f"must be a number from {low:g} to {high:g}", where=name, value=value)
+    if target.suffix.lower() == ".mp4":
+        ffmpeg()
+    count = max(round(seconds * fps), 2)
+    if count > LONGEST:
+        raise ArgumentError(f"must give at most {LONGEST} frames", where="seconds", value=seconds)
+    return count
+
+
+def frames(solution: Solution, count: int, width: int = 720) -> Iterator[Image]:
+    """Draw the frames of a film one after the other.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+    count : int
+        How many; fewer where the run has no extent in time.
+    width : int
+        In pixels; the height follows from the shape of the motion, and both are even.
+
+    Yields
+    ------
+    Image
+        In RGB.
+    """
+    seen = view(solution)
+    times = frame_times(seen, count)
+    with drawing():
+        stage = _stage(seen, times, width)
+        canvas: Any = FigureCanvasAgg(stage.figure)
+        canvas.draw()
+        background = canvas.copy_from_bbox(stage.figure.bbox)
+        for row in range(times.size):
+            stage.show(row)
+            canvas.restore_region(background)
+            for artist in stage.moving:
+                stage.figure.draw_artist(artist)
+            yield _image(canvas)
+
+
+def _image(canvas: Any) -> Image:
+    from PIL import Image as Images
+
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+    even = pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2]
+    return Images.fromarray(np.ascontiguousarray(even))
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """The figure of a film with what moves in it, and what each frame shows."""
+
+    figure: Figure
+    moving: tuple[Artist, ...]
+    parts: dict[str, Any]
+    lines: tuple[Array, Array, Array, Array]
+    marks: Array
+    heights: dict[str, Array]
+    push: Array
+    reach: float
+    words: tuple[str, ...]
+
+    def show(self, row: int) -> None:
+        """Set every moving part to the state of one frame."""
+        x, y, natural_x, natural_y = self.lines
+        parts = self.parts
+        parts["rod"].set_data(x[row], y[row])
+        parts["natural"].set_data(natural_x[row], natural_y[row])
+        for k in range(TRAIL):
+            back = max(row - 2 * (k + 1), 0)
+            parts[f"trail {k}"].set_data(x[back], y[back])
+        push = float(self.push[row])
+        parts["arrow"].set_data([x[row, -1], x[row, -1] + push], [y[row, -1]] * 2)
+        parts["head"].set_data([x[row, -1]], [y[row, -1]])
+        for each in ("arrow", "head"):
+            parts[each].set_visible(push > LEAST_PUSH * self.reach)
+        parts["cursor"].set_xdata([self.marks[row]] * 2)
+        for name, values in self.heights.items():
+            parts[f"dot {name}"].set_data([self.marks[row]], [values[row]])
+        parts["clock"].set_text(self.words[row])
+
+
+def _stage(seen: View, times: Array, width: int) -> _Stage:
+    """Set the scene: the two pictures with all that rests, and the moving parts."""
+    inches = width / DPI
+    probe = new_figure(inches, inches).subplots()
+    height, breadth = panels.plan_limits(probe, seen)
+    upper = float(np.clip(0.9 * inches * height / breadth, 1.3, 0.62 * inches))
+    figure = new_figure(inches, upper + 0.45 + 0.31 * inches)
+    figure.set_dpi(DPI)
+    ax, below = figure.subplots(2, 1, height_ratios=[upper + 0.4, 0.31 * inches])
+    length = seen.length("")
+    x, y, natural_x, natural_y = (length(each) for each in seen.centre_lines(times, panels.PLACES[::2]))
+    parts = _rod(ax, seen)
+    panels.energy_panel(below, seen)
+    dots, heights = _dots(below, seen, times)
+    parts.update(dots)
+    reach = 0.18 * float(length(seen.solution.model.scales.length))
+    moving = tuple(parts.values())
+    for artist in moving:
+        artist.set_animated(True)
+    words = tuple(seen.time.clock(float(t)) for t in times)
+    return _Stage(
+        figure,
+        moving,
+        parts,
+        (x, y, natural_x, natural_y),
+        seen.time(times),
+        heights,
+        reach * _push(seen, times),
+        reach,
+        words,
+    )
+
+
+def _rod(ax: Axes, seen: View) -> dict[str, Any]:
+    """The clamp, and the moving parts of the upper picture."""
+    panels.clamp(ax, *panels.plan_limits(ax, seen))
+    ax.set_xlabel(seen.length("Along the clamp's tangent").label)
+    ax.set_ylabel(seen.length("Across").label)
+    colour = ROLES["natural"][0]
+    rod = ROLES["rod"][0]
+    parts: dict[str, Any] = {
+        f"trail {k}": ax.plot([], [], color=rod, alpha=0.28 - 0.08 * k, linewidth=1.6)[0] for k in range(TRAIL)
+    }
+    parts["natural"] = ax.plot([], [], color=colour, linestyle=(0, (5, 2)), linewidth=1.7)[0]
+    parts["arrow"] = ax.plot([], [], color=INK, linewidth=1.6)[0]
+    parts["head"] = ax.plot([], [], color=INK, marker=(3, 0, 90), markersize=9, linestyle="none")[0]
+    parts["rod"] = ax.plot([], [], color=rod, linewidth=3.4, solid_capstyle="round")[0]
+    parts["clock"] = ax.text(
+        1.0, 1.02, "", transform=ax.transAxes, fontsize=11, fontweight="bold", ha="right", va="bottom"
+    )
+    ax.text(0.0, 1.02, "rod", transform=ax.transAxes, color=rod, fontsize=9.5, fontweight="bold", va="bottom")
+    ax.annotate(
+        "- - natural shape",
+        (0.0, 1.02),
+        xytext=(34, 0),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        color=colour,
+        fontsize=9.5,
+        va="bottom",
+    )
+    return parts
+
+
+def _dots(ax: Axes, seen: View, times: Array) -> tuple[dict[str, Any], dict[str, Array]]:
+    """A line across the energies at the present time, with a dot on every curve."""
+    parts: dict[str, Any] = {"cursor": ax.axvline(seen.time.lower, color=MUTED, linewidth=1.0)}
+    heights = {}
+    for line in ax.lines[:-1]:
+        name = str(line.get_label())
+        x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+        heights[name] = np.interp(seen.time(times), x, y)
+        parts[f"dot {name}"] = ax.plot(
+            [],
+            [],
+            marker="o",
+            markersize=5.5,
+            color=line.get_color(),
+            markeredgecolor="white",
+            linestyle="none",
+            clip_on=False,
+        )[0]
+    return parts, heights
+
+
+def _push(seen: View, times: Array) -> Array:
+    """The thrust at each frame as a share of the largest; 0 where there is none."""
+    model = seen.solution.model
+    values = np.asarray(model.loads.thrust(times / model.scales.time), dtype=float)
+    values = np.broadcast_to(values, times.shape)
+    largest = float(np.abs(values).max())
+    return values / largest if largest > 0.0 else np.zeros(times.shape)
