@@ -203,6 +203,14 @@ def test_knots_are_all_the_jumps_there_are(program: Program) -> None:
 
 
 @PROPERTY
+@given(texts)
+def test_texts_are_cut_at_their_jumps(program: Program) -> None:
+    check_pieces(program)
+    check_knots(program)
+    check_stored(program)
+
+
+@PROPERTY
 @given(polygonal)
 def test_variation_and_extremes_are_exact_for_straight_pieces(program: Program) -> None:
     check_variation(program)
@@ -237,6 +245,10 @@ def test_tables_agree_with_exact_arithmetic(pair: tuple[list[float], list[float]
     scale = max(map(abs, pair[1]))
     assert np.abs(program(np.array(at)) - exact).max() <= 8 * EPS * scale
     assert [program(each) for each in at] == list(program(np.array(at)))
+    # At its own rows a table gives back what was written, bit by bit.
+    t, v = np.array(pair[0]), np.array(pair[1])
+    assert np.array_equal(program(t), v[np.searchsorted(t, t, side="right") - 1])
+    assert np.array_equal(program.before(t), v[np.searchsorted(t, t, side="left")])
 
 
 @PROPERTY

@@ -199,7 +199,6 @@ class Cycles(Polygonal):
         k = np.arange(int(k_min), int(k_max) + 1)
         levels = corners[k % len(corners)] * (self.high - self.low) + self.low
         left, right = levels[:, 0], levels[:, 1]
-        left[k == 0] = self.low
         right[k == last] = self.low
         times: Array = self.start + k.astype(np.float64) * step
         return Polyline(times, left, right)
