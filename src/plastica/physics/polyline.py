@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError
 
-__all__ = ["MAX_KNOTS", "Array", "Knot", "Piece", "Polyline", "near"]
+__all__ = ["MAX_KNOTS", "Array", "Knot", "Piece", "Polyline", "near", "too_many_knots"]
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from plastica.physics.amounts import plain
 from plastica.physics.polyline import Array, Knot, Piece, Polyline
 from plastica.units import format_quantity
 
-__all__ = ["LOAD_UNITS", "Polygonal", "Program", "finite_fields", "time_words", "value_words"]
+__all__ = ["LOAD_UNITS", "Polygonal", "Program", "finite_fields", "known_keys", "time_words", "value_words"]
 
 LOAD_UNITS: Final = ("N", "N*m", "N/m")
 """Units that the values of a program may have: force, couple, force per length."""
