@@ -120,7 +120,7 @@ class Checkpoint:
     def _segment(self, path: Path) -> list[Leg] | None:
         """Read one segment; None where it is damaged (its legs are then computed anew)."""
         try:
-            with np.load(path, allow_pickle=False) as archive:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
                 identity = str(archive["identity"])
                 legs = [self._leg(archive, i) for i in range(int(archive["count"]))]
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):

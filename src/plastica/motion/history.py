@@ -74,7 +74,10 @@ class History:
 
     @classmethod
     def join(cls, parts: Sequence[History]) -> History:
-        """Return histories that follow each other as one."""
+        """Return histories that follow each other as one; those without a step add nothing."""
+        parts = [part for part in parts if part.steps] or list(parts[:1])
+        if parts[0].steps == 0:
+            return parts[0]
         offsets = np.cumsum([0] + [part.t.size for part in parts[:-1]])
         first = [part.first[:-1] + offset for part, offset in zip(parts, offsets, strict=True)]
         size = int(offsets[-1]) + parts[-1].t.size

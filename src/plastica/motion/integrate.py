@@ -156,7 +156,8 @@ class _Recorder:
         points = chebyshev_points(_degree(dense, self.method))
         times = lower + (upper - lower) * points
         times[-1] = upper
-        states = dense(times).T
+        # Row order is part of the result: sums over strided rows round otherwise than over those read from a file.
+        states = np.ascontiguousarray(dense(times).T)
         states[-1] = last
         if not self.times:
             states[0] = self.start[1]
