@@ -211,14 +211,12 @@ def format_quantity(value: float, unit: str) -> str:
     str
         Text such as "35 mN*m**2", which `parse_quantity` reads back to four digits.
     """
-    if unit in ("", "1"):
-        return f"{value:.4g}"
     if unit == "s" and 600.0 <= abs(value) < math.inf:
         size, name = next((n, u) for n, u in ((86400, "d"), (3600, "h"), (60, "min")) if abs(value) >= 2 * n)
         return f"{value / size:.4g} {name}"
     first = re.match(r"(m|s|N|Pa|J|W|Hz)(?![A-Za-z^]|\*\*)", unit)
     if first is None or value == 0.0 or not math.isfinite(value):
-        return f"{value:.4g} {unit}"
+        return f"{value:.4g} {'' if unit == '1' else unit}".rstrip()
     # rounding first keeps 999.96 mm from becoming "1000 mm"
     rounded = float(f"{value:.4g}")
     power = min(9, max(-9, 3 * math.floor(math.log10(abs(rounded)) / 3)))

@@ -90,27 +90,32 @@ def read_tree(
         If the text is not a formula of the allowed kind and size.
     """
     node = _syntax(text, where)
-    reader = _Reader(str(text), variable, parameters, allow_step, where)
-    tree = sp.sympify(reader.checked(reader.read(node)), strict=True)
-    if variable is not None and _derivative_sizes(tree, symbol(variable))[2] > LARGEST_DERIVATIVE:
+    if _derivative_sizes(node, variable)[2] > LARGEST_DERIVATIVE:
         rule = "must be simple enough to be differentiated twice"
         raise ArgumentError(rule, where=where, value=text, next_step="Nest and multiply fewer functions.")
+    reader = _Reader(str(text), variable, parameters, allow_step, where)
+    tree = sp.sympify(reader.checked(reader.read(node)), strict=True)
     return tree, frozenset(reader.used)
 
 
-def _derivative_sizes(tree: Any, variable: Any) -> tuple[int, int, int]:
-    """Estimate the sizes of a tree and of its first two derivatives, without forming them."""
-    if not tree.args:
-        return 1, int(tree == variable), 0
-    parts = [_derivative_sizes(part, variable) for part in tree.args]
-    if tree.is_Add:
-        return sum(p[0] for p in parts), sum(p[1] for p in parts), sum(p[2] for p in parts)
+def _derivative_sizes(node: ast.AST, variable: str | None) -> tuple[int, int, int]:
+    """Estimate the sizes of a formula and of its first two derivatives, before anything is formed."""
+    if isinstance(node, ast.Call):
+        inner = node.args
+    else:
+        inner = [child for child in ast.iter_child_nodes(node) if isinstance(child, ast.expr)]
+    if not inner:
+        return 1, int(isinstance(node, ast.Name) and node.id == variable), 0
+    parts = [_derivative_sizes(part, variable) for part in inner]
+    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+        (a0, a1, a2), (b0, b1, b2) = parts
+        return a0 + b0, a1 + b1, a2 + b2
     a0, a1, a2 = parts[0]
     for b0, b1, b2 in parts[1:]:
         ab, ba = (a0 + b1 if b1 else 0), (a1 + b0 if a1 else 0)
         twice = 2 * (a1 + b1) if a1 and b1 else 0
         a0, a1, a2 = a0 + b0, ab + ba, (a2 + b0 if a2 else 0) + twice + (a0 + b2 if b2 else 0)
-    if tree.is_Mul:
+    if isinstance(node, ast.UnaryOp) or (isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div))):
         return a0, a1, a2
     return 1 + a0, (1 + a0 + a1 if a1 else 0), (2 * (1 + a0 + a1) + a2 if a1 else 0)
 
