@@ -124,7 +124,8 @@ class Material:
         if not isinstance(self.parameters, Mapping):
             rule = "must be a mapping of names to numbers"
             raise ArgumentError(rule, where="parameters", value=self.parameters)
-        given = {check_name(name): _stored(name, value) for name, value in self.parameters.items()}
+        names = [check_name(name, variable=variable) for name in self.parameters for variable in ("m", "x")]
+        given = {name: _stored(name, self.parameters[name]) for name in names}
         object.__setattr__(self, "parameters", MappingProxyType(given))
         used = {name for law in LAWS for name in self.expressions[law].parameters}
         unused = [name for name in given if name not in used]
