@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Final
 
 from plastica.errors import ArgumentError, FileError
 
@@ -20,17 +20,18 @@ HOLD: Final = 1500
 
 _COLOURS: Final = 64
 _SAMPLES: Final = 6
+_PALE: Final = 245
 
 
-def write_gif(frames: Iterator[Image], path: Path, fps: float) -> None:
+def write_gif(frames: Iterator[Image], path: Path | IO[bytes], fps: float) -> None:
     """Write a looping GIF with one palette for all frames, so that only what changes is stored.
 
     Parameters
     ----------
     frames : iterator of Image
         In RGB, all of one size.
-    path : Path
-        The file.
+    path : Path or binary stream
+        Where to.
     fps : float
         Frames per second; a GIF counts in hundredths of a second.
     """
@@ -65,8 +66,9 @@ def _palette(pictures: Sequence[Image]) -> Image:
     palette = sheet.quantize(_COLOURS, method=Images.Quantize.MEDIANCUT, dither=Images.Dither.NONE)
     entries = list(palette.getpalette() or [])
     # The paper must stay white, which the average of a box of pale colours is not.
-    palest = max(range(_COLOURS), key=lambda i: sum(entries[3 * i : 3 * i + 3]))
-    entries[3 * palest : 3 * palest + 3] = [255, 255, 255]
+    for i in range(0, len(entries), 3):
+        if min(entries[i : i + 3]) >= _PALE:
+            entries[i : i + 3] = [255, 255, 255]
     palette.putpalette(entries)
     return palette
 

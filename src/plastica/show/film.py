@@ -36,6 +36,9 @@ LONGEST: Final = 3000
 TRAIL: Final = 3
 """Earlier shapes that fade behind the rod."""
 
+REACH: Final = 0.16
+"""Length of the arrow of the largest thrust, as a share of the rod."""
+
 LEAST_PUSH: Final = 0.04
 """Share of the largest thrust below which no arrow is drawn."""
 
@@ -175,8 +178,8 @@ def _stage(seen: View, times: Array, width: int) -> _Stage:
     """Set the scene: the two pictures with all that rests, and the moving parts."""
     inches = width / DPI
     probe = new_figure(inches, inches).subplots()
-    height, breadth = panels.plan_limits(probe, seen)
-    upper = float(np.clip(0.9 * inches * height / breadth, 1.3, 0.62 * inches))
+    height, breadth = panels.plan_limits(probe, seen, arrow=REACH)
+    upper = float(np.clip(0.74 * inches * height / breadth, 1.3, 0.62 * inches))
     figure = new_figure(inches, upper + 0.45 + 0.31 * inches)
     figure.set_dpi(DPI)
     ax, below = figure.subplots(2, 1, height_ratios=[upper + 0.4, 0.31 * inches])
@@ -186,7 +189,7 @@ def _stage(seen: View, times: Array, width: int) -> _Stage:
     panels.energy_panel(below, seen)
     dots, heights = _dots(below, seen, times)
     parts.update(dots)
-    reach = 0.18 * float(length(seen.solution.model.scales.length))
+    reach = REACH * float(length(seen.solution.model.scales.length))
     moving = tuple(parts.values())
     for artist in moving:
         artist.set_animated(True)
@@ -206,7 +209,7 @@ def _stage(seen: View, times: Array, width: int) -> _Stage:
 
 def _rod(ax: Axes, seen: View) -> dict[str, Any]:
     """The clamp, and the moving parts of the upper picture."""
-    panels.clamp(ax, *panels.plan_limits(ax, seen))
+    panels.clamp(ax, *panels.plan_limits(ax, seen, arrow=REACH))
     ax.set_xlabel(seen.length("Along the clamp's tangent").label)
     ax.set_ylabel(seen.length("Across").label)
     colour = ROLES["natural"][0]

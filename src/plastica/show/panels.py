@@ -29,6 +29,7 @@ __all__ = [
     "load_panels",
     "natural_panel",
     "plan_limits",
+    "present_loads",
     "residual_panel",
     "shapes_panel",
     "yielding_spans",
@@ -98,7 +99,7 @@ def _natural_ends(ax: Axes, seen: View) -> None:
     )
 
 
-def plan_limits(ax: Axes, seen: View, share: float = 0.30) -> tuple[float, float]:
+def plan_limits(ax: Axes, seen: View, share: float = 0.30, arrow: float = 0.0) -> tuple[float, float]:
     """Set equal axes around every place that the rod and its natural shape reach; return their height and width.
 
     Parameters
@@ -109,6 +110,8 @@ def plan_limits(ax: Axes, seen: View, share: float = 0.30) -> tuple[float, float
         The run.
     share : float
         Least height as a share of the length, so that a straight rod is not drawn on a hair line.
+    arrow : float
+        Room for an arrow at the free end, as a share of the length, where there is a thrust.
     """
     length = seen.length("")
     lines = seen.centre_lines(frame_times(seen, 40), PLACES[::4])
@@ -119,6 +122,8 @@ def plan_limits(ax: Axes, seen: View, share: float = 0.30) -> tuple[float, float
     short = max(share * full - (upper - lower), 0.0)
     lower, upper = lower - 0.5 * short - 0.04 * full, upper + 0.5 * short + 0.04 * full
     left, right = min(float(x.min()), 0.0) - 0.07 * full, max(float(x.max()), 0.5 * full) + 0.05 * full
+    if "thrust" in present_loads(seen):
+        right = max(right, float(x[: lines[0].size].max()) + (arrow + 0.03) * full)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(left, right)
     ax.set_ylim(lower, upper)

@@ -1,0 +1,136 @@
+"""What every picture of the report shows, in words and, for those who cannot see it, in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from plastica.physics.load import LOAD_KINDS
+from plastica.show.panels import LOAD_WORDS, present_loads
+from plastica.show.words import Writer, pretty
+
+if TYPE_CHECKING:
+    from plastica.show.view import View
+
+__all__ = ["Caption", "captions"]
+
+
+@dataclass(frozen=True)
+class Caption:
+    """The heading of a picture, what one should see in it, and its alt text."""
+
+    heading: str
+    text: str
+    alt: str
+
+
+def captions(seen: View) -> dict[str, Caption]:
+    """Return the captions of all pictures by the name of the function that draws them; and of the film."""
+    return {
+        "film": _film(seen),
+        "shapes": _shapes(seen),
+        "natural": _natural(seen),
+        "curvature_map": _map(seen),
+        "energies": _energies(seen),
+        "loads": _loads(seen),
+    }
+
+
+def _span(seen: View) -> str:
+    start, end = float(seen.t[0]), float(seen.t[-1])
+    write = Writer(seen.solution).amount
+    log = ", on a logarithmic axis of time" if seen.time.scale == "log" else ""
+    return f"from {write(start, 'time')} to {write(end, 'time')}{log}"
+
+
+def _range(seen: View, name: str, kind: str) -> str:
+    """First, least, greatest and last value of a series."""
+    values, write = seen.values(name), Writer(seen.solution).amount
+    first, last = write(float(values[0]), kind), write(float(values[-1]), kind)
+    low, high = write(float(values.min()), kind), write(float(values.max()), kind)
+    return f"begins at {first}, lies between {low} and {high}, and ends at {last}"
+
+
+def _tip(seen: View, row: int) -> str:
+    write = Writer(seen.solution).amount
+    x, y = float(seen.values("tip_x")[row]), float(seen.values("tip_y")[row])
+    return f"{write(x, 'length')} along and {write(y, 'length')} across"
+
+
+def _shapes(seen: View) -> Caption:
+    return Caption(
+        "The rod through time",
+        "The rod, clamped at the left, at times between which it moves by about equal amounts; early shapes are pale, "
+        "late ones dark, the last one is thick. The dashed line is the natural shape: what the rod would be without load.",
+        f"Shapes of the rod {_span(seen)}. The free end begins at {_tip(seen, 0)} of the clamp and ends at {_tip(seen, -1)}.",
+    )
+
+
+def _natural(seen: View) -> Caption:
+    threshold = Writer(seen.solution).amount(float(seen.values("threshold")[-1]), "drive")
+    return Caption(
+        "The memory: natural curvature, drive and threshold",
+        "Above, the natural curvature; below, the drive between plus and minus the threshold. The natural curvature may "
+        "move only while the drive is outside that band (shaded), and always in the direction in which the drive pulls.",
+        f"Natural curvature and drive {_span(seen)}. The natural curvature {_range(seen, 'natural_curvature', 'curvature')}. "
+        f"The drive {_range(seen, 'drive', 'drive')}; the threshold is {threshold} at the end.",
+    )
+
+
+def _map(seen: View) -> Caption:
+    return Caption(
+        "Curvature along the rod",
+        "Every column is the rod at one time, from the clamp at the bottom to the free end at the top; the colour tells "
+        "how much it is curved there. Under thrust alone the free end takes on the natural curvature and the clamp is bent most.",
+        f"Map of the curvature over time and arc length, {_span(seen)}. Over the whole rod the curvature "
+        f"{_field_range(seen)}.",
+    )
+
+
+def _field_range(seen: View) -> str:
+    values, write = seen.values("curvature"), Writer(seen.solution).amount
+    return f"lies between {write(float(values.min()), 'curvature')} and {write(float(values.max()), 'curvature')}"
+
+
+def _energies(seen: View) -> Caption:
+    constant = seen.solution.model.loads.is_constant and seen.solution.model.loads.sources()
+    extra = (
+        " The Liapunov function (stored energy plus potential of the loads) can only fall while the loads are constant."
+        if constant
+        else ""
+    )
+    ledger, write = seen.solution.ledger, Writer(seen.solution).amount
+    return Caption(
+        "Where the work goes",
+        "Work done by the loads is stored in the bent rod or lost, to viscosity and to the motion of the natural curvature; "
+        f"losses never come back.{extra} Below, what does not add up, against the tolerance of the computation (the band).",
+        f"Energies {_span(seen)}. At the end the loads have done {write(ledger.work, 'energy')} of work; the stored energy "
+        f"has changed by {write(ledger.stored_energy, 'energy')}; {write(ledger.viscous_dissipation, 'energy')} are lost to "
+        f"viscosity and {write(ledger.natural_dissipation, 'energy')} to yielding.",
+    )
+
+
+def _loads(seen: View) -> Caption:
+    words = pretty(seen.solution.model.load.describe(si=not seen.dimensionless))
+    kinds = ", ".join(LOAD_WORDS[name].lower() for name in present_loads(seen))
+    peaks = []
+    for name in present_loads(seen):
+        program = getattr(seen.solution.model.loads, name)
+        largest = float(np.abs(np.asarray(program(seen.sampled.t), dtype=float)).max())
+        peaks.append(f"{LOAD_WORDS[name].lower()} up to {Writer(seen.solution).of_scale(largest, LOAD_KINDS[name])}")
+    return Caption(
+        "The load",
+        f"What was done to the rod: {words}.",
+        f"Load program ({kinds}) {_span(seen)}: {', '.join(peaks)}.",
+    )
+
+
+def _film(seen: View) -> Caption:
+    return Caption(
+        "The motion as a film",
+        "The rod with its natural shape dashed and the thrust as an arrow; below, the energies with a marker for the "
+        "present moment. The film is slow where much happens and quick where little does; the time is written at the top right.",
+        f"Film of the rod {_span(seen)}. The free end begins at {_tip(seen, 0)} of the clamp and ends at {_tip(seen, -1)}.",
+    )

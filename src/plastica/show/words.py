@@ -1,0 +1,101 @@
+"""Numbers and units as people read them, for the report."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from plastica.physics.scales import KINDS
+from plastica.units import format_quantity
+
+if TYPE_CHECKING:
+    from plastica.motion.solution import Solution
+
+__all__ = ["SYMBOLS", "Writer", "number", "pretty"]
+
+SYMBOLS: Final = {
+    "length": "L",
+    "time": "retardation times",
+    "curvature": "/L",
+    "force": "EI/L²",
+    "couple": "EI/L",
+    "distributed": "EI/L³",
+    "drive": "EI",
+    "energy": "EI/L",
+    "ratio": "",
+}
+"""What dimensionless quantities are multiples of, by kind."""
+
+_SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER: Final = re.compile(r"(?<=[A-Za-z])(?:\*\*|\^)(-?\d+)")
+_PRODUCT: Final = re.compile(r"(?<=[A-Za-z⁰¹²³⁴⁵⁶⁷⁸⁹])\*(?=[A-Za-z(])")
+_MICRO: Final = re.compile(r"(?<=[\d ])u(?=(?:m|s|N|J|Pa|W)\b)")
+_MINUS: Final = re.compile(r"(?<![\w.)])-(?=\d)")
+
+
+def pretty(text: str) -> str:
+    """Write the units of a text as people do: ``"mN*m**2"`` becomes "mN·m²", and a minus sign a minus sign."""
+    text = _POWER.sub(lambda power: power[1].translate(_SUPERSCRIPTS), text)
+    return _MINUS.sub("−", _MICRO.sub("µ", _PRODUCT.sub("·", text)))
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Write a plain number: few digits, powers of ten with superscripts."""
+    if not np.isfinite(value):
+        return "∞" if value > 0 else ("−∞" if value < 0 else "not a number")
+    text = f"{value:.{digits}g}"
+    if "e" in text:
+        mantissa, power = text.split("e")
+        text = f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
+    return _MINUS.sub("−", text)
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Writes the quantities of one solution in the user's units.
+
+    Attributes
+    ----------
+    solution : Solution
+        Whose.
+    """
+
+    solution: Solution
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether there is no specimen."""
+        return self.solution.model.specimen is None
+
+    def amount(self, value: float, kind: str) -> str:
+        """Write a value in the user's units.
+
+        Parameters
+        ----------
+        value : float
+            In SI with a specimen, else dimensionless.
+        kind : str
+            A name in `plastica.physics.scales.KINDS`.
+
+        Returns
+        -------
+        str
+            Such as "11.9 mm", "0.38 EI/L" or "97.3°".
+        """
+        if kind == "angle":
+            return f"{number(float(np.degrees(value)))}°"
+        if self.dimensionless:
+            return f"{number(value)} {SYMBOLS[kind]}".rstrip().replace(" /", "/")
+        if kind == "time" and value == 86400.0:
+            return "1 day"
+        text = format_quantity(value, KINDS[kind][0])
+        head, _, unit = text.partition(" ")
+        unit = {"d": "days", "uN*m**2": "µN*m**2"}.get(unit, unit)
+        return pretty(f"{number(float(head))} {unit}")
+
+    def of_scale(self, value: float, kind: str) -> str:
+        """Write a dimensionless value in the user's units."""
+        return self.amount(value * float(getattr(self.solution.model.scales, KINDS[kind][1])), kind)
