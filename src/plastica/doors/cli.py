@@ -1,0 +1,253 @@
+"""The command line. Every import that takes time is made by the command that needs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from plastica._version import __version__
+from plastica.errors import PlasticaError
+
+__all__ = ["cli", "main"]
+
+DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="plastica")
+def cli() -> None:
+    """Slender rods that remember: motion, ledger, verdict.
+
+    Exit codes: 0 done, 1 the computation failed (its status is told, results are kept), 2 a mistake in the
+    input (nothing is written), 130 interrupted.
+    """
+
+
+@cli.command()
+@click.argument("scenario", type=_FILE)
+@click.option("--output", "-o", type=_FILE, help="Folder of the results.  [default: out/<scenario's name>]")
+@click.option("--resume", is_flag=True, help="Go on where an interrupted run has stopped.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing but mistakes and failures.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+@click.option("--no-report", is_flag=True, help="Write no page with pictures.")
+@click.option("--no-film", is_flag=True, help="Write no film.")
+def run(
+    scenario: Path,
+    output: Path | None,
+    resume: bool,
+    quiet: bool,
+    as_json: bool,
+    no_report: bool,
+    no_film: bool,
+) -> int:
+    """Run SCENARIO, a file or a folder of *.toml files.
+
+    Writes a result (.nc), a page with pictures (.html), a film and CSV files into the folder --output.
+    """
+    from plastica.doors.running import Options, batch, single
+
+    options = Options(output, resume, quiet or as_json, not no_report, not no_film)
+    try:
+        ran = batch(scenario, options) if scenario.is_dir() else [single(scenario, options)]
+    except PlasticaError as error:
+        if as_json:
+            _print_json({"scenario": scenario, "exit_code": MISTAKE, "error": str(error)})
+        raise
+    except KeyboardInterrupt:
+        _say(f"interrupted; run again with --resume to go on: plastica run {scenario} --resume")
+        return INTERRUPTED
+    if as_json:
+        each = [one.as_json() for one in ran]
+        _print_json({"runs": each} if scenario.is_dir() else each[0])
+    elif not quiet:
+        _print_runs(ran, several=scenario.is_dir())
+    for one in ran:
+        if one.message:
+            _say(one.message)
+    return max(one.code for one in ran)
+
+
+@cli.command()
+@click.argument("scenario", type=_FILE)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+def check(scenario: Path, as_json: bool) -> int:
+    """Say what is understood of SCENARIO, or all its mistakes, without running it.
+
+    What `check` accepts, `run` accepts.
+    """
+    from plastica.doors.numbers import check_facts
+    from plastica.study.run import default_folder, planned_files
+    from plastica.study.scenario import read_scenario
+
+    try:
+        read = read_scenario(scenario)
+    except PlasticaError as error:
+        if as_json:
+            _print_json({"scenario": scenario, "accepted": False, "error": str(error)})
+        raise
+    facts = check_facts(read)
+    if as_json:
+        _print_json(facts)
+    else:
+        from plastica.doors.tables import print_check
+
+        print_check(_console(), facts, list(planned_files(read, default_folder(scenario)).values()))
+    return DONE
+
+
+@cli.command()
+@click.argument("file", type=_FILE, default=Path("scenario.toml"))
+@click.option(
+    "--units",
+    type=click.Choice(["SI", "dimensionless"]),
+    default="SI",
+    show_default=True,
+    help="Kind of numbers.",
+)
+def new(file: Path, units: Any) -> int:
+    """Write a commented scenario that runs to FILE (scenario.toml unless named; - prints it)."""
+    from plastica.study.template import template, write_template
+
+    if str(file) == "-":
+        click.echo(template(units), nl=False)
+        return DONE
+    write_template(file, units)
+    click.echo(f"{file} written. Next: plastica check {file}, then plastica run {file}")
+    return DONE
+
+
+@cli.command()
+@click.argument("result", type=_FILE)
+@click.argument("variables", nargs=-1)
+@click.option("--output", "-o", type=_FILE, help="File to write.  [default: standard output]")
+def export(result: Path, variables: tuple[str, ...], output: Path | None) -> int:
+    """Write VARIABLES of a RESULT (.nc) as CSV; without any, list those that it has."""
+    from plastica.motion.store import read
+    from plastica.study.export import csv_text, write_csv
+
+    dataset = read(result).dataset
+    if not variables:
+        for name, variable in dataset.data_vars.items():
+            dims = ", ".join(map(str, variable.dims))
+            click.echo(f"{name} ({dims}) [{variable.attrs['units']}]: {variable.attrs['long_name']}")
+    elif output is None:
+        click.echo(csv_text(dataset, variables), nl=False)
+    else:
+        click.echo(f"{write_csv(dataset, variables, output)} written")
+    return DONE
+
+
+@cli.command()
+@click.argument("result", type=_FILE)
+@click.option("--report", "report_file", type=_FILE, help="Write a page with pictures to this file.")
+@click.option("--film", "film_file", type=_FILE, help="Write a film to this file (.gif or .mp4).")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+def show(result: Path, report_file: Path | None, film_file: Path | None, as_json: bool) -> int:
+    """Print what became of the rod of a RESULT (.nc)."""
+    from plastica.doors.numbers import result_facts
+    from plastica.motion.store import read
+
+    solution = read(result)
+    facts, files = result_facts(solution), []
+    if report_file is not None:
+        from plastica.show.report import report
+
+        files.append(report(solution, report_file))
+    if film_file is not None:
+        from plastica.show.film import film
+
+        files.append(film(solution, film_file))
+    if as_json:
+        _print_json({"result": result, **facts, "files": files})
+    else:
+        from plastica.doors.tables import print_result
+
+        print_result(_console(), facts, files, None)
+    return DONE
+
+
+@cli.command()
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+def completion(shell: str) -> int:
+    """Print the completion script of a SHELL.
+
+    bash: add  eval "$(plastica completion bash)"  to ~/.bashrc; zsh: the same with zsh in ~/.zshrc;
+    fish: plastica completion fish > ~/.config/fish/completions/plastica.fish
+    """
+    from click.shell_completion import get_completion_class
+
+    kind = get_completion_class(shell)
+    if kind is None:
+        raise click.UsageError(f"there is no completion for {shell}")
+    click.echo(kind(cli, {}, "plastica", "_PLASTICA_COMPLETE").source())
+    return DONE
+
+
+def _console() -> Any:
+    from rich.console import Console
+
+    return Console()
+
+
+def _print_runs(ran: Sequence[Any], *, several: bool) -> None:
+    from plastica.doors.tables import print_batch, print_result
+
+    console = _console()
+    if several:
+        print_batch(console, [(one.file, one.code, one.words, one.seconds) for one in ran])
+    else:
+        print_result(console, ran[0].facts, ran[0].files, ran[0].seconds)
+
+
+def _print_json(value: Any) -> None:
+    from plastica.doors.numbers import clean
+
+    click.echo(json.dumps(clean(value), ensure_ascii=False, allow_nan=False, indent=2))
+
+
+def _say(message: str) -> None:
+    click.echo(f"plastica: {message}", err=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        By default those of the process.
+
+    Returns
+    -------
+    int
+        0 done, 1 the computation failed, 2 a mistake in the input, 130 interrupted.
+    """
+    given = None if arguments is None else list(arguments)
+    try:
+        code = cli.main(args=given, prog_name="plastica", standalone_mode=False)
+        sys.stdout.flush()
+        return int(code or DONE)
+    except click.Abort:
+        _say("interrupted")
+        return INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        return MISTAKE
+    except PlasticaError as error:
+        _say(str(error))
+        return MISTAKE
+    except BrokenPipeError:
+        # The reader has seen enough; keep the interpreter from failing once more as it flushes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        _say(f"cannot read or write: {error}")
+        return FAILED

@@ -1,0 +1,143 @@
+"""What `plastica run` does with one scenario, and with a folder of them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plastica.doors.numbers import result_facts
+from plastica.errors import FileError, PlasticaError
+
+if TYPE_CHECKING:
+    from plastica.study.run import Finished
+
+__all__ = ["Options", "Ran", "batch", "scenario_files", "single"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run: where to, and what to leave out."""
+
+    output: Path | None
+    resume: bool = False
+    quiet: bool = False
+    report: bool = True
+    film: bool = True
+
+
+@dataclass(frozen=True)
+class Ran:
+    """One scenario that was run, or refused.
+
+    Attributes
+    ----------
+    file : Path
+        The scenario.
+    code : int
+        0 done, 1 computation failed, 2 mistake.
+    message : str
+        What to tell on standard error; "" if all is well.
+    facts : dict
+        What became of the rod; empty if it was not run.
+    files : tuple of Path
+        What was written.
+    seconds : float
+        Wall time.
+    """
+
+    file: Path
+    code: int
+    message: str
+    facts: dict[str, Any]
+    files: tuple[Path, ...]
+    seconds: float
+
+    @property
+    def words(self) -> str:
+        """The end of the story in a few words."""
+        return str(self.facts["verdict"]["headline"]) if self.facts else self.message.splitlines()[0]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything as plain values."""
+        error = {"error": self.message} if self.message else {}
+        rest = {
+            "exit_code": self.code,
+            **error,
+            **self.facts,
+            "files": list(self.files),
+            "seconds": self.seconds,
+        }
+        return {"scenario": self.file, **rest}
+
+
+def single(file: Path, options: Options) -> Ran:
+    """Run one scenario and write everything it asks for.
+
+    Raises
+    ------
+    PlasticaError
+        Where the scenario has mistakes.
+    """
+    from plastica.doors.progress import Meter
+    from plastica.study.run import default_folder, run_scenario
+    from plastica.study.scenario import read_scenario
+
+    began = time.perf_counter()
+    scenario = read_scenario(file)
+    folder = default_folder(file) if options.output is None else options.output
+    with Meter(wanted=not options.quiet, si=scenario.model.specimen is not None) as meter:
+        finished = run_scenario(scenario, folder, resume=options.resume, progress=meter)
+    files = (*finished.files, *_pictures(finished, folder, options))
+    status = finished.solution.status
+    message = "" if status.ok else f"{file}: {status}"
+    facts = result_facts(finished.solution)
+    return Ran(file, 0 if status.ok else 1, message, facts, files, time.perf_counter() - began)
+
+
+def _pictures(finished: Finished, folder: Path, options: Options) -> list[Path]:
+    """Write the report and the film."""
+    from plastica.study.run import planned_files
+
+    files = planned_files(finished.scenario, folder, report=options.report, film=options.film)
+    written = []
+    if "report" in files:
+        from plastica.show.report import report
+
+        written.append(report(finished.solution, files["report"]))
+    if "film" in files:
+        from plastica.show.film import film
+
+        written.append(film(finished.solution, files["film"]))
+    return written
+
+
+def scenario_files(folder: Path) -> list[Path]:
+    """Return the scenarios in a folder, by name.
+
+    Raises
+    ------
+    FileError
+        Where there is none.
+    """
+    files = sorted(path for path in folder.glob("*.toml") if path.is_file())
+    if not files:
+        raise FileError(
+            "has no scenario (*.toml) in it", where=str(folder), next_step="Name a file, or another folder."
+        )
+    return files
+
+
+def batch(folder: Path, options: Options) -> list[Ran]:
+    """Run every scenario of a folder, each into a folder of its own; a mistake in one does not stop the others."""
+    ran = []
+    for file in scenario_files(folder):
+        began = time.perf_counter()
+        output = (options.output or Path("out")) / file.stem
+        each = Options(output, options.resume, options.quiet, options.report, options.film)
+        try:
+            ran.append(single(file, each))
+        except PlasticaError as error:
+            ran.append(Ran(file, 2, str(error), {}, (), time.perf_counter() - began))
+    return ran

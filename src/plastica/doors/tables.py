@@ -1,0 +1,124 @@
+"""Tables for the terminal. All text goes in as plain text, never as markup."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plastica.doors.numbers import shown
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+__all__ = ["print_batch", "print_check", "print_result"]
+
+_GROUPS = {
+    "thrust_over_EI_per_L2": "largest thrust, in EI/L²",
+    "thrust_over_euler": "largest thrust, in Euler loads π²/4",
+    "threshold_over_EI": "threshold, in EI/L",
+    "drive_over_threshold_at_start": "drive at the start, in thresholds",
+    "natural_curvature_times_L": "natural curvature at the start, times L",
+}
+
+
+def _pairs(title: str) -> Table:
+    from rich.box import SIMPLE
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), box=SIMPLE, show_header=False, title_justify="left", pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    return table
+
+
+def _row(table: Table, *cells: object) -> None:
+    from rich.text import Text
+
+    table.add_row(*(Text(str(cell)) for cell in cells))
+
+
+def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path], seconds: float | None) -> None:
+    """Print what became of a rod, and where the results are."""
+    table = _pairs(facts["title"] or "Result")
+    natural, tip, ledger = facts["natural_curvature"], facts["tip"], facts["ledger"]
+    _row(table, "verdict", facts["verdict"]["headline"])
+    _row(table, "", facts["verdict"]["sentence"])
+    _row(table, "status", f"{facts['status']['code']}: {facts['status']['sentence']}")
+    _row(table, "distance", facts["verdict"]["distance"])
+    unit = "1" if natural["unit"] == "1" else natural["unit"]
+    _row(table, "natural curvature", f"{shown(natural['start'], unit)} → {shown(natural['end'], unit)}")
+    _row(
+        table,
+        "free end",
+        f"{shown(tip['x'], tip['unit'])} along, {shown(tip['y'], tip['unit'])} across the clamp's axis",
+    )
+    residual, largest = (
+        shown(ledger["residual"], ledger["unit"]),
+        shown(ledger["largest_energy"], ledger["unit"]),
+    )
+    _row(table, "ledger residual", f"{residual}, where the largest energy is {largest}")
+    for note in facts["notes"]:
+        _row(table, "note", note)
+    for file in files:
+        _row(table, "written", file)
+    cost = f"{facts['steps']} steps of {facts['method']} on {facts['nodes']} nodes"
+    _row(table, "cost", cost if seconds is None else f"{cost}, {seconds:.2f} s")
+    console.print(table)
+
+
+def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) -> None:
+    """Print what was understood of a scenario."""
+    table = _pairs(facts["title"] or str(facts["scenario"]))
+    _row(table, "scenario", f"{facts['scenario']} can be run")
+    for key, value in facts["groups"].items():
+        _row(table, _GROUPS[key], f"{value:.4g}")
+    _row(table, "loads", facts["loads"])
+    _row(table, "initial curvature", facts["initial_curvature"])
+    material = facts["material"]
+    _row(table, "material", material["name"] or "three laws of its own")
+    for law in ("preference", "flow", "threshold"):
+        _row(table, f"  {law}", material[law])
+    for name, value in material["parameters"].items():
+        _row(table, f"  {name}", value)
+    for verdict in facts["admissibility"]:
+        _row(table, "holds" if verdict["holds"] else "FAILS", verdict["sentence"])
+    for words in _plan_words(facts["plan"]):
+        _row(table, *words)
+    for note in facts["notes"]:
+        _row(table, "note", note)
+    for file in files:
+        _row(table, "would write", file)
+    console.print(table)
+
+
+def _plan_words(plan: dict[str, Any]) -> list[tuple[str, str]]:
+    span = "" if plan["retardation_times"] is None else f" ({plan['retardation_times']:.4g} retardation times)"
+    nodes = "as many nodes as the motion needs" if plan["nodes"] == "auto" else f"{plan['nodes']} nodes"
+    elements = "1 element" if plan["elements"] == 1 else f"each of {plan['elements']} elements"
+    landings = (
+        "no jumps or corners of the load"
+        if not plan["landings"]
+        else f"{plan['landings']} jumps or corners of the load"
+    )
+    return [
+        ("until", f"{plan['until']}{span}"),
+        ("method", f"{plan['method']}, rtol {plan['rtol']:g}; lands on {landings}"),
+        ("grid", f"{nodes} on {elements}"),
+    ]
+
+
+def print_batch(console: Console, rows: Sequence[tuple[Path, int, str, float]]) -> None:
+    """Print how each scenario of a folder ended: file, exit code, words, seconds."""
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    table = Table(box=SIMPLE, pad_edge=False)
+    for heading in ("scenario", "ended", "verdict", "s"):
+        table.add_column(heading)
+    ended = {0: "done", 1: "computation failed", 2: "mistake"}
+    for file, code, words, seconds in rows:
+        _row(table, file.name, ended[code], words, f"{seconds:.2f}")
+    console.print(table)

@@ -1,0 +1,131 @@
+"""The checks that need the whole rod: times, loads, first state, variables, admissibility."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.errors import ArgumentError, shown
+from plastica.material.admissibility import Verdict
+from plastica.motion.dataset import VARIABLES
+from plastica.motion.plan import Plan, Problem, landing_points, longest_step, make_plan, make_problem
+from plastica.motion.solution import Solution
+from plastica.motion.solve import MOST_STEPS
+from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE
+from plastica.physics.bounds import bounds
+from plastica.physics.strut import Strut
+from plastica.study import schema
+from plastica.study.building import Start, number
+from plastica.study.problems import Problems
+
+__all__ = ["available_variables", "check_loads", "check_variables", "first_problem", "plan", "verdicts"]
+
+Array = NDArray[np.float64]
+
+MOST_TIMES = 10_000
+STEPS_ALLOWED = 10_000_000
+
+
+def plan(
+    model: Strut, solve: schema.Solve, start: Solution | None, problems: Problems
+) -> tuple[Plan | None, Array | None]:
+    """Make the plan of the run, and the times of its result in the units of the scenario."""
+    max_steps = MOST_STEPS if solve.max_steps is None else solve.max_steps
+    if max_steps > STEPS_ALLOWED:
+        problems.add(("solve", "max_steps"), f"must be at most {STEPS_ALLOWED}, but is {max_steps}.")
+    with problems.at("solve"):
+        made = make_plan(model, solve.until, solve.rtol, solve.method, None, start, max_steps)
+        times = _times(solve.times, model, made, problems)
+        if times is not None:
+            made = make_plan(model, solve.until, solve.rtol, solve.method, times, start, max_steps)
+        return made, times
+    return None, None
+
+
+def _times(given: Any, model: Strut, made: Plan, problems: Problems) -> Array | None:
+    si, path = model.specimen is not None, ("solve", "times")
+    if given is None:
+        return None
+    if isinstance(given, dict):
+        checked = schema.validate(schema.Spacing, given, path, problems, si=si)
+        return None if checked is None else _spread(checked, model, made)
+    rows = schema.validate(schema.Times, {"times": given}, ("solve",), problems, si=si)
+    if rows is None:
+        return None
+    return np.array([number(each, "s") for each in rows.times])
+
+
+def _spread(spacing: schema.Spacing, model: Strut, made: Plan) -> Array:
+    """Times from the first to the last, evenly or in equal ratios of the time since the start."""
+    if made.settle:
+        raise ArgumentError(
+            'can only be spread where `until` is a time, not "equilibrium"',
+            where="times",
+            next_step="Give the times as an array, or leave them out to get every step.",
+        )
+    if not 2 <= spacing.count <= MOST_TIMES:
+        raise ArgumentError(f"must lie in [2, {MOST_TIMES}]", where="times.count", value=spacing.count)
+    scale = model.scales.time
+    first, last = made.t0 * scale, made.end * scale
+    if spacing.spacing == "linear":
+        if spacing.first is not None:
+            raise ArgumentError('belongs to spacing = "log" only', where="times.first", value=spacing.first)
+        return np.linspace(first, last, spacing.count)
+    least = 1e-6 * (last - first) if spacing.first is None else number(spacing.first, "s")
+    if not 0.0 < least < last - first:
+        raise ArgumentError("must be positive and before the end", where="times.first", value=spacing.first)
+    ladder = first + np.geomspace(least, last - first, spacing.count - 1)
+    return np.concatenate([[first], ladder[:-1], [last]])
+
+
+def check_loads(model: Strut, made: Plan, problems: Problems) -> None:
+    """Refuse loads that fail, or become tension, before the end of the run."""
+    with problems.at("load"), np.errstate(all="ignore"):
+        model.loads.check(made.end)
+        landing_points(model, made.end)
+        longest_step(model, made)
+
+
+def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, problems: Problems) -> Problem | None:
+    """Make the first state on the grid, or on every grid that may be tried; return the coarsest."""
+    found: list[Problem] = []
+    counts = AUTO_NODES if model.grid.nodes == "auto" else (int(model.grid.nodes),)
+    with problems.at("initial"), np.errstate(all="ignore"):
+        for nodes in counts:
+            if nodes * model.grid.elements > LARGEST_SIZE and found:
+                break
+            chosen = model if model.grid.nodes == nodes else model.with_grid(model.grid.with_nodes(nodes))
+            found.append(make_problem(chosen, made, start.curvature, start.natural_curvature, atol, start.solution))
+    return found[0] if found else None
+
+
+def available_variables(model: Strut) -> tuple[str, ...]:
+    """Return the names of the variables that a result of this model has."""
+    present = dict(model.loads.sources())
+    absent = {name for name in ("transverse", "weight") if name not in present}
+    if "couple" not in present:
+        absent.add("end_couple")
+    if model.material.well is None:
+        absent.add("volume_fraction")
+    return tuple(name for name in VARIABLES if name not in absent)
+
+
+def check_variables(model: Strut, output: schema.Output, problems: Problems) -> None:
+    """Refuse names in `csv` that the result will not have."""
+    known = available_variables(model)
+    for i, name in enumerate(output.csv):
+        if name not in known:
+            sentence = schema.unknown_key(name, known).removeprefix("is not a known key")
+            problems.add(("output", "csv", i), f"must be a variable of the result, but is {shown(name)}{sentence}")
+
+
+def verdicts(problem: Problem, made: Plan) -> tuple[Verdict, ...]:
+    """Judge the hypotheses on the material, on the natural curvatures that the a-priori bound allows."""
+    strut = problem.strut
+    n = strut.grid.size
+    with np.errstate(all="ignore"):
+        limit = bounds(strut, problem.y0[:n], float(problem.y0[n]), made.t0, made.end).natural_curvature
+        usable = np.isfinite(limit) and limit > 0.0
+        return strut.material.admissibility(float(limit * strut.scales.curvature) if usable else None)

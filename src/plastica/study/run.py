@@ -1,0 +1,166 @@
+"""Run a scenario: solve it, and put its results into one folder."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from plastica.errors import FileError
+from plastica.motion.solution import Solution
+from plastica.motion.solve import Progress, solve
+from plastica.study.export import write_csv
+from plastica.study.scenario import Scenario, read_scenario
+
+__all__ = ["Finished", "checkpoint_folder", "default_folder", "planned_files", "run", "run_scenario"]
+
+
+@dataclass(frozen=True, eq=False)
+class Finished:
+    """What came of a scenario.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What was asked.
+    solution : Solution
+        What was computed; its status says how it ended.
+    files : tuple of Path
+        What was written.
+    seconds : float
+        Wall time of it all.
+    """
+
+    scenario: Scenario
+    solution: Solution
+    files: tuple[Path, ...]
+    seconds: float
+
+
+def default_folder(file: str | Path) -> Path:
+    """Return where the results of a scenario go unless told otherwise: out/<file name>, in the present folder."""
+    return Path("out") / Path(file).stem
+
+
+def checkpoint_folder(scenario: Scenario, output: Path) -> Path:
+    """Return where an unfinished run is kept."""
+    return output / f".{scenario.name}.checkpoint"
+
+
+def planned_files(scenario: Scenario, output: Path, *, report: bool = True, film: bool = True) -> dict[str, Path]:
+    """Return the files that a run of a scenario writes, by kind: "result", "csv:<variable>", "report", "film"."""
+    name, wanted = scenario.name, scenario.output
+    files = {"result": output / f"{name}.nc"}
+    files |= {f"csv:{variable}": output / f"{name}-{variable}.csv" for variable in wanted.csv}
+    if report and wanted.report:
+        files["report"] = output / f"{name}.html"
+    if film and wanted.film != "none":
+        files["film"] = output / f"{name}.{wanted.film}"
+    return files
+
+
+def run(
+    file: str | Path,
+    output: str | Path | None = None,
+    *,
+    resume: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Finished:
+    """Read a scenario file, solve it, and write its result and CSV files.
+
+    Parameters
+    ----------
+    file : str or Path
+        The scenario.
+    output : str or Path, optional
+        The folder of the results; by default out/<file name> in the present folder. It is made once the scenario is
+        known to be right.
+    resume : bool
+        Go on from the checkpoint that an interrupted run has left there.
+    progress : callable, optional
+        Called now and then with a `Progress`.
+
+    Returns
+    -------
+    Finished
+        The solution, with the scenario in its provenance, and the files written.
+
+    Raises
+    ------
+    PlasticaError
+        Where the scenario has mistakes, or a file cannot be read or written. Numerical trouble is a status.
+    """
+    folder = default_folder(file) if output is None else Path(output)
+    return run_scenario(read_scenario(file), folder, resume=resume, progress=progress)
+
+
+def run_scenario(
+    scenario: Scenario,
+    output: Path,
+    *,
+    resume: bool = False,
+    progress: Callable[[Progress], None] | None = None,
+) -> Finished:
+    """Solve a scenario that was read, and write its result and CSV files; see `run`."""
+    began = time.perf_counter()
+    prepare(scenario, output)
+    keeping = checkpoint_folder(scenario, output)
+    solution = solve(
+        scenario.model,
+        scenario.curvature,
+        scenario.natural_curvature,
+        scenario.until,
+        scenario.rtol,
+        scenario.atol,
+        scenario.method,
+        scenario.times,
+        start=scenario.start,
+        max_steps=scenario.max_steps,
+        progress=progress,
+        checkpoint=keeping,
+        resume=resume,
+    )
+    solution = described(scenario, solution)
+    files = planned_files(scenario, output, report=False, film=False)
+    written = [solution.save(files["result"])]
+    for variable in scenario.output.csv:
+        written.append(write_csv(solution.dataset, [variable], files[f"csv:{variable}"]))
+    shutil.rmtree(keeping, ignore_errors=True)
+    return Finished(scenario, solution, tuple(written), time.perf_counter() - began)
+
+
+def described(scenario: Scenario, solution: Solution) -> Solution:
+    """Return a solution with the scenario in its provenance, and the hypotheses that it waives first in its notes."""
+    waived = tuple(f"hypothesis waived by allow_inadmissible: {each.sentence}" for each in scenario.failed)
+    origin = {"scenario": scenario.text, "scenario_file": scenario.file.name}
+    if scenario.title:
+        origin["title"] = scenario.title
+    return replace(solution, notes=(*waived, *solution.notes)).with_provenance(**origin)
+
+
+def prepare(scenario: Scenario, output: Path) -> None:
+    """Make the folder of the results.
+
+    Raises
+    ------
+    FileError
+        Where it is no folder, cannot be made, or holds folders under the names of files to be written.
+    """
+    for path in planned_files(scenario, output).values():
+        if path.is_dir():
+            raise FileError(
+                "must be a file to be written, but is a folder",
+                where=str(path),
+                next_step="Name another output.",
+            )
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = error.strerror or "not possible"
+        raise FileError(
+            f"cannot be made a folder: {reason}",
+            where=str(output),
+            next_step="Name another folder with --output.",
+        ) from None

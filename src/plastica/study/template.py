@@ -1,0 +1,39 @@
+"""The commented scenario that `plastica new` writes."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal
+
+from plastica.errors import FileError
+
+__all__ = ["template", "write_template"]
+
+Units = Literal["SI", "dimensionless"]
+
+
+def template(units: Units = "SI") -> str:
+    """Return a scenario with comments that runs as it is."""
+    return files(__package__).joinpath("templates", f"{units}.toml").read_text(encoding="utf-8")
+
+
+def write_template(path: str | Path, units: Units = "SI") -> Path:
+    """Write a scenario with comments to a new file.
+
+    Raises
+    ------
+    FileError
+        Where there is such a file already, or none can be made there.
+    """
+    target = Path(path)
+    try:
+        with target.open("x", encoding="utf-8") as stream:
+            stream.write(template(units))
+    except FileExistsError:
+        raise FileError(
+            "exists already, and is left as it is", where=str(target), next_step="Name another file."
+        ) from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"cannot be written: {error}", where=str(target)) from None
+    return target
