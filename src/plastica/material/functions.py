@@ -37,10 +37,10 @@ class absolute(sp.Function):  # type: ignore[misc]  # noqa: N801
 
     nargs = 1
 
-    @classmethod
-    def eval(cls, argument: Any) -> Any:
+    def __new__(cls, argument: Any, **options: Any) -> Any:
         """Make |-x| and |x| one tree, so that evenness can be seen."""
-        return cls(-argument) if argument.could_extract_minus_sign() else None
+        turned = -argument if argument.could_extract_minus_sign() else argument
+        return super().__new__(cls, turned, **options)
 
 
 class sign(sp.Function):  # type: ignore[misc]  # noqa: N801
@@ -48,10 +48,11 @@ class sign(sp.Function):  # type: ignore[misc]  # noqa: N801
 
     nargs = 1
 
-    @classmethod
-    def eval(cls, argument: Any) -> Any:
+    def __new__(cls, argument: Any, **options: Any) -> Any:
         """Make sign(-x) and -sign(x) one tree, so that oddness can be seen."""
-        return -cls(-argument) if argument.could_extract_minus_sign() else None
+        if argument.could_extract_minus_sign():
+            return -super().__new__(cls, -argument, **options)
+        return super().__new__(cls, argument, **options)
 
 
 CALLABLE: Final[dict[str, Any]] = {

@@ -215,15 +215,19 @@ def admissible(material: Material, bound: float | None = None) -> bool:
     return all(verdict.holds for verdict in material.admissibility(bound))
 
 
-@lru_cache(maxsize=64)
-def _laws(material: Material, length: float, stiffness: float, time: float) -> Laws:
-    scales = {
+def _scales(length: float, stiffness: float, time: float) -> dict[str, tuple[float, float]]:
+    """Return (argument scale, value scale) of each law: what makes it dimensionless."""
+    return {
         "preference": (1.0 / length, length**2 / stiffness),
         "flow": (stiffness, length * time),
         "threshold": (1.0 / length, 1.0 / stiffness),
     }
+
+
+@lru_cache(maxsize=64)
+def _laws(material: Material, length: float, stiffness: float, time: float) -> Laws:
     made = {}
-    for name, (argument_scale, value_scale) in scales.items():
+    for name, (argument_scale, value_scale) in _scales(length, stiffness, time).items():
         expression = material.expressions[name]
         values = tuple((p, material.values[p]) for p in expression.parameters)
         made[name] = Law(expression, values, argument_scale, value_scale)

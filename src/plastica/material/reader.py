@@ -94,7 +94,7 @@ def read_tree(
         rule = "must be simple enough to be differentiated twice"
         raise ArgumentError(rule, where=where, value=text, next_step="Nest and multiply fewer functions.")
     reader = _Reader(str(text), variable, parameters, allow_step, where)
-    tree = sp.sympify(reader.checked(reader.read(node)), strict=True)
+    tree = _symbolic(reader.checked(reader.read(node)))
     return tree, frozenset(reader.used)
 
 
@@ -235,7 +235,7 @@ class _Reader:
             return self.folded(self.attempt(math.pow, base, exponent))
         if _is_number(base) and base <= 0:
             self.refuse("must not raise 0 or a negative number to a varying power")
-        return self.checked(sp.Pow(sp.sympify(base, strict=True), _exact_exponent(exponent)))
+        return self.checked(sp.Pow(_symbolic(base), _exact_exponent(exponent)))
 
     def call(self, node: ast.Call) -> Any:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
@@ -298,8 +298,14 @@ def _as_float(number: Any) -> float:
         return math.nan
 
 
+def _symbolic(value: Any) -> Any:
+    if isinstance(value, int):
+        return sp.Integer(value)
+    return sp.Float(value) if isinstance(value, float) else value
+
+
 def _exact_exponent(exponent: Any) -> Any:
     """Make whole and half exponents exact, so that they are compiled to products and roots."""
     if _is_number(exponent) and 2 * exponent == int(2 * exponent):
         return sp.Rational(int(2 * exponent), 2)
-    return sp.sympify(exponent, strict=True)
+    return _symbolic(exponent)
