@@ -230,6 +230,13 @@ def test_mistakes_are_one_clear_message(arguments: dict[str, object], word: str)
     assert "\n" not in str(caught.value)
 
 
+def test_a_thrust_that_turns_into_tension_is_refused_before_the_run() -> None:
+    strut = STRUT.with_load(pl.Load(thrust="2 - t"))
+    assert pl.solve(strut, 0.1, until=1.5).status.ok
+    with pytest.raises(ArgumentError, match="`thrust` must not be negative"):
+        pl.solve(strut, 0.1, until=3.0)
+
+
 def test_text_with_units_needs_a_specimen() -> None:
     with pytest.raises(ArgumentError, match="specimen"):
         pl.Strut(pair("A"), pl.Load(thrust="3 N"))

@@ -130,7 +130,7 @@ def test_flipped_bits_are_seen_or_harmless(tmp_path: Path) -> None:
         print(refused)
         """
     )
-    done = subprocess.run([sys.executable, "-c", script, str(whole)], capture_output=True, text=True, timeout=240)
+    done = subprocess.run([sys.executable, "-c", script, str(whole)], capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr[-500:]
     assert int(done.stdout) >= 60
 

@@ -130,45 +130,56 @@ def _solver(kern: Kernel, t: float, y: Array, end: float, options: Options) -> A
     return kind(kern.rate, t, y, end, jac=kern.jacobian, **common)
 
 
-def _degree(dense: Any, method: str) -> int:
-    """Degree of the polynomial that a solver's dense output is on one step."""
-    if method == "LSODA":
-        return max(1, int(dense.p[-1]))
-    if method == "BDF":
-        return max(1, int(dense.order))
-    return {"DOP853": 7, "Radau": 3}[method]
-
-
 class _Recorder:
-    """Collects the nodes of the steps of one leg."""
+    """Collects the accepted steps of one leg, and turns their dense outputs into a history at its end."""
 
     def __init__(self, t: float, y: Array, method: str) -> None:
-        self.method = method
-        self.times: list[Array] = []
-        self.states: list[Array] = []
-        self.start = t, y
-
-    @property
-    def steps(self) -> int:
-        return len(self.times)
+        self.method, self.t, self.y = method, t, y
+        self.steps: list[tuple[Any, float, float, Array]] = []
+        self.cut_frozen = False
 
     def add(self, dense: Any, lower: float, upper: float, last: Array) -> None:
-        points = chebyshev_points(_degree(dense, self.method))
-        times = lower + (upper - lower) * points
-        times[-1] = upper
-        # Row order is part of the result: sums over strided rows round otherwise than over those read from a file.
-        states = np.ascontiguousarray(dense(times).T)
-        states[-1] = last
-        if not self.times:
-            states[0] = self.start[1]
-        self.times.append(times)
-        self.states.append(states)
+        self.steps.append((dense, lower, upper, last))
 
     def history(self) -> History:
-        if not self.times:
-            return History.at_rest(*self.start)
-        first = np.cumsum([0] + [times.size for times in self.times]).astype(np.int64)
-        return History(np.concatenate(self.times), np.concatenate(self.states), first)
+        if not self.steps:
+            return History.at_rest(self.t, self.y)
+        degrees = np.array([self._degree(dense) for dense, *_ in self.steps])
+        first = np.concatenate([[0], np.cumsum(degrees + 1)]).astype(np.int64)
+        lower, upper = (np.array([step[k] for step in self.steps]) for k in (1, 2))
+        t, y = np.empty(first[-1]), np.empty((first[-1], self.y.size))
+        for degree in np.unique(degrees):
+            chosen = np.nonzero(degrees == degree)[0]
+            nodes = first[chosen, None] + np.arange(degree + 1)
+            times = lower[chosen, None] + (upper - lower)[chosen, None] * chebyshev_points(int(degree))
+            times[:, -1] = upper[chosen]
+            t[nodes] = times
+            y[nodes] = self._states([self.steps[k][0] for k in chosen], times)
+        y[first[1:] - 1] = [step[3] for step in self.steps]
+        y[0] = self.y
+        if self.cut_frozen:
+            # The step that met the onset already holds some of what follows it: what was frozen keeps its bits.
+            frozen = [self.y.size - 4, self.y.size - 1]
+            y[first[-2] :, frozen] = self.y[frozen]
+        return History(t, y, first)
+
+    def _degree(self, dense: Any) -> int:
+        """Degree of the polynomial that the solver's dense output is on one step."""
+        if self.method == "LSODA":
+            return max(1, int(dense.p[-1]))
+        if self.method == "BDF":
+            return max(1, int(dense.order))
+        return {"DOP853": 7, "Radau": 3}[self.method]
+
+    def _states(self, denses: list[Any], times: Array) -> Array:
+        """Values of steps of one degree at their nodes; shape (steps, nodes, size)."""
+        if self.method != "LSODA":
+            return np.stack([np.ascontiguousarray(dense(t).T) for dense, t in zip(denses, times, strict=True)])
+        # All Nordsieck arrays at once: one call for each step would cost a quarter of the whole run.
+        end, h = np.array([dense.t for dense in denses]), np.array([dense.h for dense in denses])
+        x = (times - end[:, None]) / h[:, None]
+        powers = x[:, :, None] ** np.arange(denses[0].p.size)
+        return np.asarray(powers @ np.stack([dense.yh for dense in denses]).transpose(0, 2, 1))
 
 
 def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving: bool, stop: Stop | None) -> Leg:
@@ -179,7 +190,7 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
         warnings.simplefilter("always")
         solver = _solver(kern, t, y, end, options)
-        while record.steps < options.leg_steps:
+        while len(record.steps) < options.leg_steps:
             message = solver.step() or ""
             if solver.status == "failed":
                 ending = "solver_failed"
@@ -196,7 +207,9 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
                 switch = _switch(kern, dense, lower, upper, moving)
                 moving = not moving
                 if switch > t:
-                    _land(record, dense, lower, switch, frozen=moving)
+                    if switch > lower:
+                        record.add(dense, lower, switch, dense(switch))
+                    record.cut_frozen = moving
                     ending = "switched"
                     break
             record.add(dense, lower, upper, last)
@@ -229,13 +242,3 @@ def _switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: bool) 
         t = min(max(t + direction * ulp, lower), upper)
         ulp *= 2.0
     return t
-
-
-def _land(record: _Recorder, dense: Any, lower: float, switch: float, *, frozen: bool) -> None:
-    """Record the part of the last step up to the switch; what was frozen until then is kept to the last bit."""
-    if switch > lower:
-        record.add(dense, lower, switch, dense(switch))
-    if frozen:
-        n = record.start[1].size - 4
-        record.states[-1][:, n] = record.start[1][n]
-        record.states[-1][:, n + 3] = record.start[1][n + 3]

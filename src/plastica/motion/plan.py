@@ -92,6 +92,7 @@ def make_plan(
     t0 = 0.0 if start is None else start.history.end * start.model.scales.time / model.scales.time
     settle = until == "equilibrium"
     end = _settling_end(model, t0) if settle else _end(until, model, t0)
+    model.load.check(end * model.scales.time)
     chosen = "LSODA" if method == "auto" else method
     return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), max_steps)
 
@@ -172,7 +173,7 @@ def make_problem(
     else:
         strut, mu, mu_nat, words = _taken_up(model, start)
     added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
-    notes = ()
+    notes: tuple[str, ...] = ()
     if added:
         notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
     loads = max(
@@ -220,7 +221,7 @@ def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
     is sooner, is more than 1e-3 of the largest load: the rows of a finely sampled table pass, the corners of a ramp
     do not.
     """
-    knots = strut.loads.knots(end)
+    knots = () if strut.loads.is_constant else strut.loads.knots(end)
     if not knots:
         return ()
     times = np.array([knot.t for knot in knots])
@@ -235,6 +236,8 @@ def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
 
 def longest_step(strut: Strut, plan: Plan) -> float:
     """A step bound that keeps the integrator from stepping over knots it does not land on."""
+    if strut.loads.is_constant:
+        return float("inf")
     skipped = {knot.t for knot in strut.loads.knots(plan.end)} - set(landing_points(strut, plan.end))
     if len(skipped) < 2:
         return float("inf")

@@ -221,7 +221,7 @@ class Grid:
         The largest of them over all elements: an estimate of the interpolation error of functions whose
         coefficients decay geometrically.
         """
-        return np.abs(self.legendre(values)[..., -2:]).max(axis=(-2, -1))
+        return np.asarray(np.abs(self.legendre(values)[..., -2:]).max(axis=(-2, -1)))
 
 
 def _checked_breaks(breaks: Sequence[float]) -> tuple[float, ...]:

@@ -147,7 +147,7 @@ class Strut:
     def drive(self, mu: ArrayLike, mu_nat: ArrayLike) -> Array:
         """Driving force on the natural curvature, D = int mu - mu_nat - kappa'(mu_nat)."""
         natural = np.asarray(mu_nat, dtype=float)
-        return np.asarray(mu, dtype=float) @ self.grid.w - natural - self.laws.preference.slope(natural)
+        return np.asarray(np.asarray(mu, dtype=float) @ self.grid.w - natural - self.laws.preference.slope(natural))
 
     def threshold(self, mu_nat: ArrayLike) -> Array:
         """Threshold Theta(mu_nat) that the drive must exceed for the natural curvature to move."""
