@@ -252,6 +252,20 @@ def test_the_well_is_found(m1: float, w: float) -> None:
     assert NOT_NEGATIVE not in _failing(material.admissibility())
 
 
+def test_scales_of_other_worlds_are_judged_too() -> None:
+    """A rod of micrometres has curvatures of 1e6 1/m: the range follows the parameters' units."""
+    for length, stiffness in ((2e-6, 1e-18), (50.0, 1e9)):
+        for name in catalogue.names():
+            material = catalogue.material(name, length=length, stiffness=stiffness, time=1e-3)
+            assert _failing(material.admissibility()) == set(), name
+        material = catalogue.material("three-shapes", length=length, stiffness=stiffness, time=1e-3)
+        assert material.well is not None
+        assert abs(material.well - 1.5 / length) <= 8 * EPS * 1.5 / length
+    units = {"k": "1 N*m**2", "h": "1 N*m**2", "m0": "1e6 1/m", "c": "1 1/(N**2*m**5*s)"}
+    for factor, expected in (("2 + cos(m/m0)", set()), ("1 + cos(m/m0)", {BELOW})):
+        assert _failing(Material("k*m**2", "c*pos(x)**2", f"h*({factor})", units).admissibility()) == expected
+
+
 def test_a_material_without_wells_has_none() -> None:
     for text in ("m**2/2", "m**2*((m**2 - 1)**2 + 1e-3)", "cosh(m) - 1"):
         assert _with("preference", text).well is None

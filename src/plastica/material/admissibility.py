@@ -69,8 +69,8 @@ def judge(material: Material, bound: float | None = None) -> tuple[Verdict, ...]
     material : Material
         The material.
     bound : float, optional
-        The a-priori bound of |m| (claim 2) for what can only be judged numerically; `DEFAULT_BOUND` and the
-        behaviour far out if None.
+        The a-priori bound of |m| (claim 2) for what can only be judged numerically. If None, and for the flow law:
+        `DEFAULT_BOUND` times the largest parameter with the variable's unit (1 if there is none), and far out.
 
     Returns
     -------
@@ -86,8 +86,8 @@ def judge(material: Material, bound: float | None = None) -> tuple[Verdict, ...]
     if bound is not None and not (math.isfinite(bound) and bound > 0.0):
         raise ArgumentError("must be a positive number", where="bound", value=bound)
     preference, threshold, flow = (
-        Examined(name, material.expressions[name], material.values, bound)
-        for name in ("preference", "threshold", "flow")
+        Examined(name, material.expressions[name], material.values, limit, material.variable_scale(name))
+        for name, limit in (("preference", bound), ("threshold", bound), ("flow", None))
     )
     return (
         _even(preference),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
+from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
@@ -98,8 +99,8 @@ def scalar_function(
         Float in, float out; inf or nan where `math` would raise.
     """
     writer = _Writer(variable, values, scalar=True)
-    slow = array_function(tree, variable, values, argument_scale, value_scale)
-    made = writer.function(tree, argument_scale, value_scale, otherwise=lambda x: float(slow(x)))
+    slow = cache(lambda: array_function(tree, variable, values, argument_scale, value_scale))
+    made = writer.function(tree, argument_scale, value_scale, otherwise=lambda x: float(slow()(x)))
     if isinstance(made, float):
         return lambda _x: made
     return made

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["DEFAULT_BOUND", "Examined", "jump_at", "positive_zero"]
 
 DEFAULT_BOUND: Final = 100.0
-"""The range |m| <= 100, x <= 100 of a numerical judgement, where no a-priori bound is given."""
+"""The range of a numerical judgement, in units of the law's own scale, where no a-priori bound is given."""
 
 _PER_DECADE: Final = 40
 _DECADES: Final = 12
@@ -37,6 +37,7 @@ class Examined:
     expression: Expression
     values: Mapping[str, float]
     bound: float | None
+    scale: float = 1.0
 
     @property
     def letter(self) -> str:
@@ -65,7 +66,7 @@ class Examined:
     @cached_property
     def grid(self) -> NDArray[np.float64]:
         """Points of both signs, close together near 0 and even further out, where no part overflows."""
-        end = self.bound or DEFAULT_BOUND
+        end = self.bound or DEFAULT_BOUND * self.scale
         ladder = end * np.logspace(-_DECADES, 0, _DECADES * _PER_DECADE + 1)
         right = np.unique(np.concatenate([ladder, np.linspace(0.0, end, 1001)[1:], [1.0] if end >= 1 else []]))
         grid = np.concatenate([-right[::-1], [0.0], right])
@@ -97,13 +98,13 @@ class Examined:
         return sorted(found, key=abs)
 
 
-def positive_zero(expression: Expression, values: Mapping[str, float]) -> float | None:
+def positive_zero(expression: Expression, values: Mapping[str, float], scale: float = 1.0) -> float | None:
     """Return the least positive zero of a preference energy, where it touches 0; None if there is none."""
-    law = Examined("preference", expression, values, None)
+    law = Examined("preference", expression, values, None, scale)
     grid = law.grid[law.grid > 0.0]
-    least = law.sides[1].least() if law.sides is not None else None
-    if least is not None and 0.0 < least[0] < math.inf:
-        grid = np.sort(np.append(grid, least[0] * np.array([0.99, 1.01])))
+    right = law.sides[1] if law.sides is not None else None
+    if right is not None and right.is_polynomial:
+        grid = np.sort(np.concatenate([grid, *(u * np.array([0.99, 1.01]) for u in right.critical())]))
     for zero in sorted(sign_changes(law.part(1), grid)):
         below = float(np.max(np.abs(law.part(0)(grid[grid <= zero])), initial=0.0))
         if below > 0.0 and abs(float(law.part(0)(zero))) <= 1e-12 * below:

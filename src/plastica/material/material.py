@@ -165,7 +165,14 @@ class Material:
         """The positive natural curvature m1 preferred as much as 0, kappa(m1) = 0; None if there is none."""
         from plastica.material.admissibility import positive_zero
 
-        return positive_zero(self.expressions["preference"], self.values)
+        return positive_zero(self.expressions["preference"], self.values, self.variable_scale("preference"))
+
+    def variable_scale(self, law: str) -> float:
+        """Return the largest parameter of a law that carries the unit of its variable; 1 if there is none."""
+        due = units.dimension_of(_VARIABLE_DIMENSIONS[LAWS[law]])
+        texts = [(name, self.parameters[name]) for name in self.expressions[law].parameters]
+        read = [units.parse_quantity(text, where=name) for name, text in texts if isinstance(text, str)]
+        return max((abs(value) for value, dimension in read if dimension == due and value != 0.0), default=1.0)
 
     def with_parameters(self, **changes: float | str) -> Material:
         """Return the same material with other values of some parameters.
@@ -264,6 +271,7 @@ def _check_dimensions(material: Material) -> None:
         due = units.dimension_of(_DIMENSIONS[law])
         found = dimension_of_tree(expression.tree, known, material.values, where=law, text=expression.text)
         if found is not None and found != due:
-            rule = f"must come to {_DIMENSIONS[law]} (that is {units.dimension_text(due)})"
+            base = units.dimension_text(due)
+            rule = f"must come to {_DIMENSIONS[law]}" + (f" (that is {base})" if base != _DIMENSIONS[law] else "")
             what = f"Its unit comes to {units.dimension_text(found)}: mend the units of {', '.join(texts)}."
             raise ArgumentError(rule, where=law, value=expression.text, next_step=what)
