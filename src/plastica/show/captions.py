@@ -63,27 +63,35 @@ def _shapes(seen: View) -> Caption:
     return Caption(
         "The rod through time",
         "The rod, clamped at the left, at times between which it moves by about equal amounts; early shapes are pale, "
-        "late ones dark, the last one is thick. The dashed line is the natural shape: what the rod would be without load.",
-        f"Shapes of the rod {_span(seen)}. The free end begins at {_tip(seen, 0)} of the clamp and ends at {_tip(seen, -1)}.",
+        "late ones dark, the last one is thick. The broken lines are the natural shape: what the rod would be without "
+        "load.",
+        f"Shapes of the rod {_span(seen)}. {_way(seen)}",
     )
+
+
+def _way(seen: View) -> str:
+    return f"The free end begins at {_tip(seen, 0)} from the clamp and ends at {_tip(seen, -1)}."
 
 
 def _natural(seen: View) -> Caption:
     threshold = Writer(seen.solution).amount(float(seen.values("threshold")[-1]), "drive")
     return Caption(
         "The memory: natural curvature, drive and threshold",
-        "Above, the natural curvature; below, the drive between plus and minus the threshold. The natural curvature may "
-        "move only while the drive is outside that band (shaded), and always in the direction in which the drive pulls.",
-        f"Natural curvature and drive {_span(seen)}. The natural curvature {_range(seen, 'natural_curvature', 'curvature')}. "
-        f"The drive {_range(seen, 'drive', 'drive')}; the threshold is {threshold} at the end.",
+        "Above, the natural curvature; below, the drive between plus and minus the threshold. The natural curvature "
+        "moves only while the drive is outside that band (shaded), and always in the direction in which it pulls.",
+        f"Natural curvature and drive {_span(seen)}. The natural curvature "
+        f"{_range(seen, 'natural_curvature', 'curvature')}. The drive {_range(seen, 'drive', 'drive')}; the threshold "
+        f"is {threshold} at the end.",
     )
 
 
 def _map(seen: View) -> Caption:
+    alone = [name for name, _ in seen.solution.model.loads.sources()] == ["thrust"]
+    rule = " Under thrust alone the free end takes on the natural curvature." if alone else ""
     return Caption(
         "Curvature along the rod",
-        "Every column is the rod at one time, from the clamp at the bottom to the free end at the top; the colour tells "
-        "how much it is curved there. Under thrust alone the free end takes on the natural curvature and the clamp is bent most.",
+        "Every column is the rod at one time, from the clamp at the bottom to the free end at the top; the colour "
+        f"tells how much it is curved there.{rule}",
         f"Map of the curvature over time and arc length, {_span(seen)}. Over the whole rod the curvature "
         f"{_field_range(seen)}.",
     )
@@ -101,19 +109,24 @@ def _energies(seen: View) -> Caption:
         if constant
         else ""
     )
-    ledger, write = seen.solution.ledger, Writer(seen.solution).amount
+    sheet, write = seen.solution.ledger, Writer(seen.solution).amount
+    work, stored, viscous, natural = (
+        write(value, "energy")
+        for value in (sheet.work, sheet.stored_energy, sheet.viscous_dissipation, sheet.natural_dissipation)
+    )
     return Caption(
         "Where the work goes",
-        "Work done by the loads is stored in the bent rod or lost, to viscosity and to the motion of the natural curvature; "
-        f"losses never come back.{extra} Below, what does not add up, against the tolerance of the computation (the band).",
-        f"Energies {_span(seen)}. At the end the loads have done {write(ledger.work, 'energy')} of work; the stored energy "
-        f"has changed by {write(ledger.stored_energy, 'energy')}; {write(ledger.viscous_dissipation, 'energy')} are lost to "
-        f"viscosity and {write(ledger.natural_dissipation, 'energy')} to yielding.",
+        "Work done by the loads is stored in the bent rod or lost, to viscosity and to the motion of the natural "
+        f"curvature; losses never come back.{extra} Below, what does not add up, against the tolerance of the "
+        "computation (the band).",
+        f"Energies {_span(seen)}. At the end the loads have done {work} of work; the stored energy has changed by "
+        f"{stored}; {viscous} are lost to viscosity and {natural} to yielding.",
     )
 
 
 def _loads(seen: View) -> Caption:
     words = pretty(seen.solution.model.load.describe(si=not seen.dimensionless))
+    unit = " (in units of the rod, see above)" if seen.dimensionless else ""
     kinds = ", ".join(LOAD_WORDS[name].lower() for name in present_loads(seen))
     peaks = []
     for name in present_loads(seen):
@@ -122,7 +135,7 @@ def _loads(seen: View) -> Caption:
         peaks.append(f"{LOAD_WORDS[name].lower()} up to {Writer(seen.solution).of_scale(largest, LOAD_KINDS[name])}")
     return Caption(
         "The load",
-        f"What was done to the rod: {words}.",
+        f"What was done to the rod: {words}{unit}.",
         f"Load program ({kinds}) {_span(seen)}: {', '.join(peaks)}.",
     )
 
@@ -131,6 +144,7 @@ def _film(seen: View) -> Caption:
     return Caption(
         "The motion as a film",
         "The rod with its natural shape dashed and the thrust as an arrow; below, the energies with a marker for the "
-        "present moment. The film is slow where much happens and quick where little does; the time is written at the top right.",
-        f"Film of the rod {_span(seen)}. The free end begins at {_tip(seen, 0)} of the clamp and ends at {_tip(seen, -1)}.",
+        "present moment. The film is slow where much happens and quick where little does; the time is written at the "
+        "top right.",
+        f"Film of the rod {_span(seen)}. {_way(seen)}",
     )

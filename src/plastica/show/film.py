@@ -181,6 +181,7 @@ def _stage(seen: View, times: Array, width: int) -> _Stage:
     height, breadth = panels.plan_limits(probe, seen, arrow=REACH)
     upper = float(np.clip(0.74 * inches * height / breadth, 1.3, 0.62 * inches))
     figure = new_figure(inches, upper + 0.45 + 0.31 * inches)
+    figure.set_layout_engine("compressed")
     figure.set_dpi(DPI)
     ax, below = figure.subplots(2, 1, height_ratios=[upper + 0.4, 0.31 * inches])
     length = seen.length("")

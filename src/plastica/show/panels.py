@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from plastica.physics.load import LOAD_KINDS
 from plastica.physics.scales import KINDS
 from plastica.show.style import DIVERGING, INK, MUTED, ROLES, SEQUENTIAL, direct_labels, room
-from plastica.show.view import View, frame_times
+from plastica.show.view import View, frame_times, yielding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -264,7 +264,7 @@ def _label_drive(ax: Axes, drive: Array, threshold: Array) -> None:
 
 def yielding_spans(ax: Axes, seen: View) -> None:
     """Shade the times at which the natural curvature moves, and mark their beginnings and ends."""
-    spans = _yielding(seen)
+    spans = yielding(seen.solution)
     if not spans:
         return
     place = [(float(seen.time(a)), float(seen.time(b)) - float(seen.time(a))) for a, b in spans]
@@ -283,22 +283,6 @@ def yielding_spans(ax: Axes, seen: View) -> None:
     for event in seen.solution.events:
         if event.kind in ("onset", "arrest"):
             ax.axvline(float(seen.time(event.t)), color=MUTED, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
-
-
-def _yielding(seen: View) -> list[tuple[float, float]]:
-    """Intervals (user's units) in which the natural curvature moves, from the legs of the integration."""
-    starts, moving = seen.solution.legs
-    scale = seen.solution.model.scales.time
-    ends = np.append(starts[1:], seen.solution.history.end)
-    spans: list[tuple[float, float]] = []
-    for begin, end, moves in zip(starts * scale, ends * scale, moving, strict=False):
-        if not moves or end <= begin:
-            continue
-        if spans and begin <= spans[-1][1]:
-            spans[-1] = (spans[-1][0], float(end))
-        else:
-            spans.append((float(begin), float(end)))
-    return spans
 
 
 def energy_panel(ax: Axes, seen: View, *, label_time: bool = True) -> None:

@@ -6,7 +6,7 @@ shows itself.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from plastica.errors import ArgumentError
 from plastica.motion.solution import Solution
@@ -17,6 +17,9 @@ from plastica.show.view import View, view
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+WIDTH: Final = 6.6
+"""Inches: fits a page between its margins, and a telephone with the letters still legible."""
 
 __all__ = ["curvature_map", "energies", "loads", "natural", "plot", "shapes"]
 
@@ -58,7 +61,7 @@ def overview(solution: Solution) -> Figure:
     """Draw the whole of a motion on one figure of two columns."""
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(12.0, 9.4)
+        figure = new_figure(11.5, 9.2)
         halves: Any = figure.subfigures(2, 1, height_ratios=[1.0, 1.35])
         upper, lower = halves
         for part in (upper, lower):
@@ -91,7 +94,7 @@ def shapes(solution: Solution) -> Figure:
     """
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(7.2, _height(seen))
+        figure = new_figure(WIDTH, _height(seen))
         panels.shapes_panel(figure, figure.subplots(), seen)
     return figure
 
@@ -111,7 +114,7 @@ def curvature_map(solution: Solution) -> Figure:
     """
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(7.2, 3.5)
+        figure = new_figure(WIDTH, 3.5)
         panels.curvature_panel(figure, figure.subplots(), seen)
     return figure
 
@@ -131,7 +134,7 @@ def natural(solution: Solution) -> Figure:
     """
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(7.2, 4.8)
+        figure = new_figure(WIDTH, 4.8)
         _natural(figure.subplots(2, 1, sharex=True), seen)
     return figure
 
@@ -152,7 +155,7 @@ def energies(solution: Solution) -> Figure:
     """
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(7.2, 5.0)
+        figure = new_figure(WIDTH, 5.0)
         _energies(figure.subplots(2, 1, sharex=True, height_ratios=[2.8, 1.0]), seen)
     return figure
 
@@ -173,7 +176,7 @@ def loads(solution: Solution) -> Figure:
     seen = _seen(solution)
     count = len(panels.present_loads(seen))
     with drawing():
-        figure = new_figure(7.2, 0.9 + 1.6 * count)
+        figure = new_figure(WIDTH, 0.9 + 1.6 * count)
         axes = figure.subplots(count, 1, sharex=True, squeeze=False)
         panels.load_panels(list(axes[:, 0]), seen)
     return figure
@@ -205,11 +208,11 @@ def _seen(solution: object) -> View:
 
 
 def _height(seen: View) -> float:
-    """Height of a picture 7.2 inches wide in which the rod, with equal axes, fills its place."""
+    """Height of a picture in which the rod, with equal axes, fills its place."""
     from matplotlib.figure import Figure
 
     height, width = panels.plan_limits(Figure().subplots(), seen)
-    return float(min(max(5.4 * height / width + 0.95, 2.4), 6.4))
+    return float(min(max(0.76 * WIDTH * height / width + 0.95, 2.4), 5.8))
 
 
 def _title(solution: Solution) -> str:

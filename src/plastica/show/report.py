@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 from plastica.errors import ArgumentError
 from plastica.files import write_whole
 from plastica.motion.solution import Solution
-from plastica.show.sections import SECTIONS, Subject
+from plastica.show.sections import SECTIONS
+from plastica.show.subject import Subject
 
 if TYPE_CHECKING:
     from jinja2 import Environment

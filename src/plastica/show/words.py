@@ -18,7 +18,7 @@ __all__ = ["SYMBOLS", "Writer", "number", "pretty"]
 
 SYMBOLS: Final = {
     "length": "L",
-    "time": "retardation times",
+    "time": "T",
     "curvature": "/L",
     "force": "EI/L²",
     "couple": "EI/L",
@@ -33,11 +33,16 @@ _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸
 _POWER: Final = re.compile(r"(?<=[A-Za-z])(?:\*\*|\^)(-?\d+)")
 _PRODUCT: Final = re.compile(r"(?<=[A-Za-z⁰¹²³⁴⁵⁶⁷⁸⁹])\*(?=[A-Za-z(])")
 _MICRO: Final = re.compile(r"(?<=[\d ])u(?=(?:m|s|N|J|Pa|W)\b)")
+_INVERSE: Final = re.compile(r"(?<=\d) 1/m\b")
+_PER_LENGTH: Final = re.compile(r"(?<=\d) /L\b")
+_EXPONENT: Final = re.compile(r"(?<=\d)e([+-]\d+)")
 _MINUS: Final = re.compile(r"(?<![\w.)])-(?=\d)")
 
 
 def pretty(text: str) -> str:
     """Write the units of a text as people do: ``"mN*m**2"`` becomes "mN·m²", and a minus sign a minus sign."""
+    text = _EXPONENT.sub(lambda power: f" × 10{str(int(power[1])).translate(_SUPERSCRIPTS)}", text)
+    text = _PER_LENGTH.sub("/L", _INVERSE.sub(" m⁻¹", text))
     text = _POWER.sub(lambda power: power[1].translate(_SUPERSCRIPTS), text)
     return _MINUS.sub("−", _MICRO.sub("µ", _PRODUCT.sub("·", text)))
 
@@ -88,6 +93,8 @@ class Writer:
         if kind == "angle":
             return f"{number(float(np.degrees(value)))}°"
         if self.dimensionless:
+            if value == 0.0:
+                return "0"
             return f"{number(value)} {SYMBOLS[kind]}".rstrip().replace(" /", "/")
         if kind == "time" and value == 86400.0:
             return "1 day"

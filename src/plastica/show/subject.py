@@ -1,0 +1,46 @@
+"""What a report is about, and what a section of it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from plastica.motion.solution import Solution
+from plastica.show.view import View, view
+from plastica.show.words import Writer
+
+__all__ = ["Section", "Subject"]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page: its anchor (also the name of its template), heading, and data."""
+
+    key: str
+    heading: str
+    data: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a report is about, and how long its film runs (s; 0: no film)."""
+
+    solution: Solution
+    film_seconds: float
+
+    @cached_property
+    def seen(self) -> View:
+        """The solution made ready for pictures."""
+        return view(self.solution)
+
+    @property
+    def write(self) -> Callable[[float, str], str]:
+        """Writes a value of a kind in the user's units."""
+        return Writer(self.solution).amount
+
+    @property
+    def of_scale(self) -> Callable[[float, str], str]:
+        """Writes a dimensionless value of a kind in the user's units."""
+        return Writer(self.solution).of_scale
