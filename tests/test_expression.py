@@ -262,6 +262,11 @@ def test_breaks_are_found() -> None:
     expected = (Breakpoint(-0.7, "kink"), Breakpoint(1.0, "jump"), Breakpoint(3.0, "kink"), Breakpoint(3.5, "jump"))
     assert breakpoints(expression, VALUES) == expected
     assert breakpoints(_read("sin(t)", "t"), {}) == ()
+    curved = _read("abs(cos(3*t)) + pos(t - 0.25)", "t")
+    assert [point.position for point in breakpoints(curved, {})] == [0.25]
+    inside = [point.position for point in breakpoints(curved, {}, (0.0, 1.0))]
+    assert len(inside) == 2
+    assert abs(inside[1] - math.pi / 6) <= 2 * EPS
 
 
 def test_arguments_of_step_are_linear() -> None:

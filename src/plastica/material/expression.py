@@ -152,8 +152,10 @@ def check_name(name: object, *, variable: str | None = None, where: str = "param
     return name
 
 
-def breakpoints(expression: Expression, values: Mapping[str, float]) -> tuple[Breakpoint, ...]:
-    """Find where an expression jumps or has a kink: at the zeros of linear arguments of step, pos and abs.
+def breakpoints(
+    expression: Expression, values: Mapping[str, float], interval: tuple[float, float] | None = None
+) -> tuple[Breakpoint, ...]:
+    """Find where an expression jumps or has a kink: at the zeros of the arguments of step, pos and abs.
 
     Parameters
     ----------
@@ -161,30 +163,43 @@ def breakpoints(expression: Expression, values: Mapping[str, float]) -> tuple[Br
         The expression, in t or s.
     values : mapping of str to float
         Values of its parameters.
+    interval : tuple of (float, float), optional
+        Where to look for sign changes of arguments that are not linear, such as in abs(cos(3*s)), on 2001 points;
+        without it these are left out.
 
     Returns
     -------
     tuple of Breakpoint
-        In ascending order, one per position; a jump takes precedence over a kink.
+        In ascending order, one per position; a jump takes precedence over a kink. Zeros of linear arguments are
+        given wherever they lie.
     """
     from plastica.material import functions as fn
-    from plastica.material.compiled import constant_value
 
+    found: dict[float, str] = {}
     if expression.variable is None:
         return ()
-    variable = symbol(expression.variable)
-    found: dict[float, str] = {}
     for node in expression.tree.atoms(fn.pos, fn.absolute, *fn.STEP_LIKE):
-        slope = fn.derive(node.args[0], variable)
-        if fn.depends(slope, variable):
-            continue
-        a, b = constant_value(slope, values), constant_value(node.args[0], {**values, expression.variable: 0.0})
-        if a == 0.0 or not math.isfinite(b / a):
-            continue
-        position = -b / a + 0.0
-        jumps = isinstance(node, fn.STEP_LIKE) or found.get(position) == "jump"
-        found[position] = "jump" if jumps else "kink"
+        for position in _zeros(node.args[0], expression.variable, values, interval):
+            jumps = isinstance(node, fn.STEP_LIKE) or found.get(position) == "jump"
+            found[position] = "jump" if jumps else "kink"
     return tuple(Breakpoint(position, found[position]) for position in sorted(found))
+
+
+def _zeros(tree: Any, name: str, values: Mapping[str, float], interval: tuple[float, float] | None) -> list[float]:
+    """Return the zero of a linear tree, or the sign changes of another on an interval."""
+    import numpy as np
+
+    from plastica.material.compiled import array_function, constant_value
+    from plastica.material.functions import depends, derive
+    from plastica.material.halfline import sign_changes
+
+    slope = derive(tree, symbol(name))
+    if not depends(slope, symbol(name)):
+        a, b = constant_value(slope, values), constant_value(tree, {**values, name: 0.0})
+        return [-b / a + 0.0] if a != 0.0 and math.isfinite(b / a) else []
+    if interval is None:
+        return []
+    return sorted(set(sign_changes(array_function(tree, symbol(name), values), np.linspace(*interval, 2001))))
 
 
 def _restored(text: str, variable: str | None, parameters: tuple[str, ...], allow_step: bool, order: int) -> Expression:
