@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from plastica.physics.load import Load
     from plastica.physics.scales import Specimen
     from plastica.physics.strut import Strut
+    from plastica.show.film import film
+    from plastica.show.plots import plot
+    from plastica.show.report import report
 
 _HOMES = {
     "Grid": "plastica.numerics.grid",
@@ -35,8 +38,11 @@ _HOMES = {
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
     "Verdict": "plastica.material.admissibility",
+    "film": "plastica.show.film",
     "piecewise": "plastica.motion.initial",
+    "plot": "plastica.show.plots",
     "read": "plastica.motion.store",
+    "report": "plastica.show.report",
     "solve": "plastica.motion.solve",
 }
 _MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
@@ -54,9 +60,12 @@ __all__ = [
     "Verdict",
     "__version__",
     "catalogue",
+    "film",
     "piecewise",
+    "plot",
     "programs",
     "read",
+    "report",
     "solve",
 ]
 
