@@ -165,6 +165,14 @@ class TimeAxis:
         if label:
             ax.set_xlabel(self.label)
 
+    def brief(self, t: float) -> str:
+        """Write a time as a mark on this axis: three digits, with a unit of its own on a log axis in SI."""
+        shown = (t - self.origin) / self.factor
+        if self.scale == "log" and self.unit:
+            factor, name = axis_unit("s", t - self.origin)
+            return f"{(t - self.origin) / factor:.3g} {name}"
+        return f"{shown:.0f}" if abs(shown) >= 100.0 else f"{shown:.3g}"
+
     def words(self, t: float) -> str:
         """Write a time (user's units) for people, in a unit that suits it."""
         if self.unit == "":
@@ -183,4 +191,5 @@ class TimeAxis:
         first = next(i for i, (size, _) in enumerate(parts) if whole >= size)
         size, name = parts[first]
         next_size, next_name = parts[min(first + 1, 3)]
-        return f"{whole // size} {name} {whole % size // next_size} {next_name}"
+        rest = whole % size // next_size
+        return f"{whole // size} {name} {rest} {next_name}" if rest else f"{whole // size} {name}"

@@ -187,7 +187,7 @@ def _stage(seen: View, times: Array, width: int) -> _Stage:
     length = seen.length("")
     x, y, natural_x, natural_y = (length(each) for each in seen.centre_lines(times, panels.PLACES[::2]))
     parts = _rod(ax, seen)
-    panels.energy_panel(below, seen)
+    panels.energy_panel(below, seen, without=("liapunov",))
     dots, heights = _dots(below, seen, times)
     parts.update(dots)
     reach = REACH * float(length(seen.solution.model.scales.length))

@@ -161,10 +161,9 @@ def _time_bar(figure: Figure, ax: Axes, seen: View, times: Array, colours: Array
     norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
     bar = figure.colorbar(ScalarMappable(norm, ListedColormap(list(colours))), ax=ax, pad=0.02, aspect=24, shrink=0.95)
     chosen = np.unique(np.linspace(0, count - 1, min(count, 7)).round().astype(int))
-    shown = (times[chosen] - seen.time.origin) / seen.time.factor
-    bar.set_ticks(list(chosen), labels=[f"{value:.3g}" for value in shown])
+    bar.set_ticks(list(chosen), labels=[seen.time.brief(float(times[k])) for k in chosen])
     bar.ax.minorticks_off()
-    bar.set_label(seen.time.label.removesuffix(", logarithmic"))
+    bar.set_label(seen.time.label.removesuffix(", logarithmic").removesuffix(" (logarithmic)"))
     bar.outline.set_visible(False)
 
 
@@ -285,7 +284,7 @@ def yielding_spans(ax: Axes, seen: View) -> None:
             ax.axvline(float(seen.time(event.t)), color=MUTED, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
 
 
-def energy_panel(ax: Axes, seen: View, *, label_time: bool = True) -> None:
+def energy_panel(ax: Axes, seen: View, *, label_time: bool = True, without: tuple[str, ...] = ()) -> None:
     """Draw where the work of the loads goes; where they are constant also the Liapunov function since the start."""
     names = [
         ("work", "work", "work of the loads"),
@@ -294,7 +293,8 @@ def energy_panel(ax: Axes, seen: View, *, label_time: bool = True) -> None:
         ("natural_dissipation", "dissipation", "lost to yielding"),
     ]
     # Without any load it is the stored energy itself.
-    if seen.solution.model.loads.is_constant and seen.solution.model.loads.sources():
+    loads = seen.solution.model.loads
+    if loads.is_constant and loads.sources() and "liapunov" not in without:
         names.append(("liapunov", "liapunov", "Liapunov function*"))
     values = {name: seen.values(name) for name, _, _ in names}
     if "liapunov" in values:

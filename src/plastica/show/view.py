@@ -186,13 +186,13 @@ def time_axis(solution: Solution, t: Array, path: Array) -> TimeAxis:
     log = half < EARLY * span and t.size > 2 and _loads_rest(solution, start / scale + EARLY * span / scale)
     origin = start if log else 0.0
     factor, unit = (1.0, "") if solution.model.specimen is None else axis_unit("s", start + span - origin)
-    words = "time since the start of this run" if log and start > 0.0 else "time"
+    words = "time since start" if log and start > 0.0 else "time"
     label = f"{words} / retardation time" if unit == "" else f"{words} ({unit})"
     lower = start
     if log:
         early = float(np.interp(1e-3, path, t * scale)) - start
         lower = 10.0 ** np.floor(np.log10(max(early, 1e-12 * span) / factor)) * factor
-        label += ", logarithmic"
+        label = f"{label}, logarithmic" if unit == "" else f"{words} (logarithmic)"
     label = label[0].upper() + label[1:]
     return TimeAxis(
         "log" if log else "linear",

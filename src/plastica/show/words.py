@@ -41,10 +41,14 @@ _MINUS: Final = re.compile(r"(?<![\w.)])-(?=\d)")
 
 def pretty(text: str) -> str:
     """Write the units of a text as people do: ``"mN*m**2"`` becomes "mN·m²", and a minus sign a minus sign."""
-    text = _EXPONENT.sub(lambda power: f" × 10{str(int(power[1])).translate(_SUPERSCRIPTS)}", text)
+    text = _EXPONENT.sub(lambda power: _power_of_ten(int(power[1])), text)
     text = _PER_LENGTH.sub("/L", _INVERSE.sub(" m⁻¹", text))
     text = _POWER.sub(lambda power: power[1].translate(_SUPERSCRIPTS), text)
     return _MINUS.sub("−", _MICRO.sub("µ", _PRODUCT.sub("·", text)))
+
+
+def _power_of_ten(power: int) -> str:
+    return f" × 10{str(power).translate(_SUPERSCRIPTS)}" if power else ""
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -54,7 +58,7 @@ def number(value: float, digits: int = 4) -> str:
     text = f"{value:.{digits}g}"
     if "e" in text:
         mantissa, power = text.split("e")
-        text = f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
+        text = mantissa + _power_of_ten(int(power))
     return _MINUS.sub("−", text)
 
 
