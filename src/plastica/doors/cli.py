@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,7 @@ def run(
             _print_json({"scenario": scenario, "exit_code": MISTAKE, "error": str(error)})
         raise
     except KeyboardInterrupt:
-        _say(f"interrupted; run again with --resume to go on: plastica run {scenario} --resume")
+        _say("interrupted. To go on from there, give the same command with --resume")
         return INTERRUPTED
     if as_json:
         each = [one.as_json() for one in ran]
@@ -230,6 +231,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the computation failed, 2 a mistake in the input, 130 interrupted.
     """
+    if not sys.warnoptions:
+        # Numerical trouble is told by the status of a run, in words.
+        warnings.simplefilter("ignore", RuntimeWarning)
     given = None if arguments is None else list(arguments)
     try:
         code = cli.main(args=given, prog_name="plastica", standalone_mode=False)

@@ -6,6 +6,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from plastica.physics.scales import unit_of
 from plastica.units import format_quantity
 
 if TYPE_CHECKING:
@@ -34,26 +37,26 @@ def shown(value: float, unit: str) -> str:
 
 def result_facts(solution: Solution) -> dict[str, Any]:
     """Return what became of a rod, in the units of its scenario."""
-    outcome, ledger, dataset = solution.outcome, solution.ledger, solution.dataset
-
-    def last(name: str, at: int = -1) -> float:
-        return float(dataset[name].values[at])
-
+    outcome, ledger, strut, scales = solution.outcome, solution.ledger, solution.model, solution.model.scales
+    unit = {kind: unit_of(kind, strut.specimen is None) for kind in ("time", "curvature", "length")}
+    # The result may be asked for at a few times only; the story is told from its first to its last state.
+    first, last, n = solution.history.y[0], solution.history.y[-1], strut.grid.size
+    theta = strut.angle(last[:n])
     return {
         "title": solution.provenance.get("title", ""),
-        "status": {
-            "ok": solution.status.ok,
-            "code": solution.status.code,
-            "sentence": solution.status.sentence,
-        },
+        "status": {"ok": solution.status.ok, "code": solution.status.code, "sentence": solution.status.sentence},
         "verdict": {"headline": outcome.headline, "sentence": outcome.sentence, "distance": outcome.distance},
-        "time": {"end": last("t"), "unit": dataset["t"].attrs["units"]},
+        "time": {"end": solution.history.end * scales.time, "unit": unit["time"]},
         "natural_curvature": {
-            "start": last("natural_curvature", 0),
-            "end": last("natural_curvature"),
-            "unit": dataset["natural_curvature"].attrs["units"],
+            "start": float(first[n]) * scales.curvature,
+            "end": float(last[n]) * scales.curvature,
+            "unit": unit["curvature"],
         },
-        "tip": {"x": last("tip_x"), "y": last("tip_y"), "unit": dataset["tip_x"].attrs["units"]},
+        "tip": {
+            "x": float(np.cos(theta) @ strut.grid.w) * scales.length,
+            "y": float(np.sin(theta) @ strut.grid.w) * scales.length,
+            "unit": unit["length"],
+        },
         "ledger": {
             "residual": ledger.residual,
             "work": ledger.work,

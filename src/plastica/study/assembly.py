@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import ArgumentError, shown
+from plastica.errors import ArgumentError, PlasticaError, shown
 from plastica.material.admissibility import Verdict
 from plastica.motion.dataset import VARIABLES
 from plastica.motion.plan import Plan, Problem, landing_points, longest_step, make_plan, make_problem
@@ -26,6 +29,19 @@ Array = NDArray[np.float64]
 
 MOST_TIMES = 10_000
 STEPS_ALLOWED = 10_000_000
+LARGEST_LOAD = 1e6
+"""Dimensionless; Euler's load is 2.5, so that more is a mistake of units."""
+
+
+@contextmanager
+def _sorted(problems: Problems, section: str) -> Iterator[None]:
+    """Catch what a constructor refuses: under the section that has the key it names, by default `section`."""
+    try:
+        yield
+    except PlasticaError as error:
+        first = re.split(r"[.\[]", error.where)[0]
+        homes = [name for name, model in schema.SECTIONS.items() if first in model.model_fields]
+        problems.add_error((homes[0] if homes else section,), error)
 
 
 def plan(
@@ -35,7 +51,7 @@ def plan(
     max_steps = MOST_STEPS if solve.max_steps is None else solve.max_steps
     if max_steps > STEPS_ALLOWED:
         problems.add(("solve", "max_steps"), f"must be at most {STEPS_ALLOWED}, but is {max_steps}.")
-    with problems.at("solve"):
+    with _sorted(problems, "solve"):
         made = make_plan(model, solve.until, solve.rtol, solve.method, None, start, max_steps)
         times = _times(solve.times, model, made, problems)
         if times is not None:
@@ -82,21 +98,29 @@ def _spread(spacing: schema.Spacing, model: Strut, made: Plan) -> Array:
 
 def check_loads(model: Strut, made: Plan, problems: Problems) -> None:
     """Refuse loads that fail, or become tension, before the end of the run."""
-    with problems.at("load"), np.errstate(all="ignore"):
+    with _sorted(problems, "load"), np.errstate(all="ignore"):
         model.loads.check(made.end)
+        for name, program in model.loads.items():
+            largest = max(map(abs, program.extreme(made.end)))
+            if largest > LARGEST_LOAD:
+                rule = f"must stay below {LARGEST_LOAD:g} times the rod's own measure of it (EI/L**2 for a force)"
+                raise ArgumentError(rule, where=name, value=largest, next_step="Check its unit.")
         landing_points(model, made.end)
         longest_step(model, made)
 
 
 def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, problems: Problems) -> Problem | None:
     """Make the first state on the grid, or on every grid that may be tried; return the coarsest."""
+    auto = model.grid.nodes == "auto"
     found: list[Problem] = []
-    counts = AUTO_NODES if model.grid.nodes == "auto" else (int(model.grid.nodes),)
-    with problems.at("initial"), np.errstate(all="ignore"):
-        for nodes in counts:
-            if nodes * model.grid.elements > LARGEST_SIZE and found:
+    with _sorted(problems, "initial"), np.errstate(all="ignore"):
+        for nodes in AUTO_NODES if auto else (model.grid.per_element,):
+            if found and nodes * found[0].strut.grid.elements > LARGEST_SIZE:
+                most = LARGEST_SIZE // AUTO_NODES[-1]
+                rule = f'must be a number where there are more than {most} elements, but is "auto".'
+                problems.add(("grid", "nodes"), f"{rule} Write nodes = 16, or take fewer breaks.")
                 break
-            chosen = model if model.grid.nodes == nodes else model.with_grid(model.grid.with_nodes(nodes))
+            chosen = model.with_grid(model.grid.with_nodes(nodes)) if auto else model
             found.append(make_problem(chosen, made, start.curvature, start.natural_curvature, atol, start.solution))
     return found[0] if found else None
 

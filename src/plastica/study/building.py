@@ -203,7 +203,7 @@ def inside(folder: Path, name: str) -> Path:
     rule = "must name a file in the folder of the scenario, or in a folder within it"
     parts = name.replace("\\", "/").split("/")
     if not name or ".." in parts or name.startswith(("/", "\\", "~")) or ":" in name:
-        raise ArgumentError(rule, value=name, next_step='Copy the file beside the scenario, and write "shape.csv".')
+        raise ArgumentError(rule, value=name, next_step="Copy the file there, and give its name.")
     path = folder / name
     try:
         contained = path.resolve().is_relative_to(folder.resolve())

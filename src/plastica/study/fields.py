@@ -42,6 +42,7 @@ __all__ = [
     "Word",
     "Words",
     "check_formula",
+    "given",
 ]
 
 Amount = float | str
@@ -61,13 +62,18 @@ _NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,79}")
 _BARE: Final = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?\s*")
 
 
+def given(value: object) -> str:
+    """Show a value in a message, as TOML writes it."""
+    return str(value).lower() if isinstance(value, bool) else shown(value)
+
+
 def _wrong(why: str) -> PydanticCustomError:
     return PydanticCustomError("plastica", "{why}", {"why": why})
 
 
 def _need_unit(value: object, unit: str) -> PydanticCustomError:
     example = f', such as "{_EXAMPLES[unit]}"' if unit in _EXAMPLES else ""
-    return _wrong(f"needs a unit: it must be text with a quantity in {unit}{example}, but is {shown(value)}.")
+    return _wrong(f"needs a unit: it must be text with a quantity in {unit}{example}, but is {given(value)}.")
 
 
 def _amount(unit: str | None = None, *, words: tuple[str, ...] = ()) -> Any:
@@ -79,7 +85,7 @@ def _amount(unit: str | None = None, *, words: tuple[str, ...] = ()) -> Any:
         if isinstance(value, str) and value in words:
             return value
         if not context["si"]:
-            return _pure_number(value, words)
+            return _pure_number(value, tuple(f'"{word}"' for word in words))
         if not isinstance(value, str) or _BARE.fullmatch(value):
             raise _need_unit(value, due)
         try:
@@ -93,8 +99,8 @@ def _amount(unit: str | None = None, *, words: tuple[str, ...] = ()) -> Any:
 
 def _pure_number(value: Any, words: tuple[str, ...] = ()) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        choice = "".join(f', or "{word}"' for word in words)
-        rule = f"must be a plain number{choice} in a dimensionless scenario, but is {shown(value)}."
+        choice = "".join(f", or {word}" for word in words)
+        rule = f"must be a plain number{choice} in a dimensionless scenario, but is {given(value)}."
         raise _wrong(f'{rule} Quantities with units need units = "SI".')
     return float(value)
 
@@ -115,7 +121,7 @@ def _read_formula(value: Any, si: bool, unit: str, variable: str) -> Amount:
     if not looks_like_quantity(value):
         return value
     if not si:
-        rule = f"must be a number or text in {variable} in a dimensionless scenario, but is {shown(value)}."
+        rule = f"must be a number or text in {variable} in a dimensionless scenario, but is {given(value)}."
         raise _wrong(f'{rule} Quantities with units need units = "SI".')
     try:
         quantity(value, unit, where="", bare=False)
@@ -138,9 +144,9 @@ def check_formula(
 def _text(longest: int) -> Any:
     def read(value: Any) -> str:
         if not isinstance(value, str):
-            raise _wrong(f"must be text, but is {shown(value)}.")
+            raise _wrong(f"must be text, but is {given(value)}.")
         if len(value) > longest or not value.isprintable():
-            raise _wrong(f"must be one printable line of at most {longest} characters, but is {shown(value)}.")
+            raise _wrong(f"must be one printable line of at most {longest} characters, but is {given(value)}.")
         return value
 
     return PlainValidator(read)
@@ -148,13 +154,13 @@ def _text(longest: int) -> Any:
 
 def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong(f"must be a plain number, but is {shown(value)}.")
+        raise _wrong(f"must be a plain number, but is {given(value)}.")
     return float(value)
 
 
 def _integer(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise _wrong(f"must be a whole number, but is {shown(value)}.")
+        raise _wrong(f"must be a whole number, but is {given(value)}.")
     return value
 
 
@@ -162,32 +168,32 @@ def _nodes(value: Any) -> int | str:
     if value == "auto":
         return "auto"
     if isinstance(value, bool) or not isinstance(value, int):
-        raise _wrong(f'must be a whole number or "auto", but is {shown(value)}.')
+        raise _wrong(f'must be a whole number or "auto", but is {given(value)}.')
     return value
 
 
 def _parameter(value: Any) -> Amount:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise _wrong(f"must be a number, or text with a unit, but is {shown(value)}.")
+        raise _wrong(f"must be a number, or text with a unit, but is {given(value)}.")
     return value if isinstance(value, str) else float(value)
 
 
 def _base_name(value: Any) -> str:
     if not isinstance(value, str) or not _NAME.fullmatch(value):
         rule = "must be a plain file name without a folder: at most 80 letters, digits, and . _ - within"
-        raise _wrong(f"{rule}, but is {shown(value)}.")
+        raise _wrong(f"{rule}, but is {given(value)}.")
     return value
 
 
 def _flag(value: Any) -> bool:
     if not isinstance(value, bool):
-        raise _wrong(f"must be true or false, but is {shown(value)}.")
+        raise _wrong(f"must be true or false, but is {given(value)}.")
     return value
 
 
 def _array(value: Any) -> list[Any]:
     if not isinstance(value, list):
-        raise _wrong(f"must be an array in brackets, but is {shown(value)}.")
+        raise _wrong(f"must be an array in brackets, but is {given(value)}.")
     return value
 
 

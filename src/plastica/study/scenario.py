@@ -129,7 +129,8 @@ def migrated(
     """
     version = data.get("schema", 1)
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
-        raise ArgumentError(f"must be a whole number from 1 to {target}", where="schema", value=version)
+        allowed = "1" if target == 1 else f"a whole number from 1 to {target}"
+        raise ArgumentError(f"must be {allowed}", where="schema", value=version)
     if version > target:
         raise ArgumentError(
             f"must be at most {target}, the version that this plastica reads",
@@ -287,9 +288,8 @@ def _model(nouns: _Nouns, problems: Problems) -> Strut | None:
 def _refuse_inadmissible(scenario: Scenario, document: Document) -> None:
     if scenario.failed and not scenario.allow_inadmissible:
         sentences = " ".join(verdict.sentence for verdict in scenario.failed)
-        line = document.line(("material",))
+        place = f"{scenario.file}: line {document.line(('material',))}: `material`"
         raise InadmissibleError(
-            f"must satisfy the hypotheses of the theory. {sentences.rstrip('.')}",
-            where=f"{scenario.file}: line {line}: material",
+            f"{place} must satisfy the hypotheses of the theory. {sentences.rstrip('.')}",
             next_step="Mend the law, or set allow_inadmissible = true in [material] to run it at your own risk.",
         )

@@ -12,7 +12,6 @@ from typing import Any, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from plastica.errors import shown
 from plastica.study import fields
 from plastica.study.problems import Problems
 from plastica.study.tokens import KeyPath
@@ -254,7 +253,7 @@ def validate(model: type[Model], value: object, path: KeyPath, problems: Problem
         The table; without its mistaken keys where that makes sense, else None.
     """
     if not isinstance(value, dict):
-        problems.add(path, f"must be a table, but is {shown(value)}.")
+        problems.add(path, f"must be a table, but is {fields.given(value)}.")
         return None
     try:
         return model.model_validate(value, context=context)
@@ -278,12 +277,18 @@ def _without(
         return None
 
 
+_MISSING: Final = {
+    "units": 'is missing. Add units = "SI", or units = "dimensionless".',
+    "until": 'is missing. Say how long to run, or until = "equilibrium".',
+}
+
+
 def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
-    kind, given = detail["type"], shown(detail.get("input"))
+    kind, given = detail["type"], fields.given(detail.get("input"))
     if kind == "plastica":
         return str(detail["msg"])
     if kind == "missing":
-        return "is missing. Add it."
+        return _MISSING.get(str(detail["loc"][-1]), "is missing. Add it.")
     if kind == "extra_forbidden":
         return unknown_key(str(detail["loc"][-1]), _keys(model, detail["loc"]))
     if kind == "literal_error":
