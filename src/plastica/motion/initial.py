@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -99,21 +100,27 @@ def _number(value: object, where: str) -> float:
     return number
 
 
-def _shape(value: object, where: str) -> Shape:
-    """Read a number, a text or a function as a shape, in the user's units."""
+def _shape(value: object, where: str, length: float | None = None) -> Shape:
+    """Read a number, a text or a function as a shape, in the user's units; `length` is that of the rod if known."""
     if isinstance(value, Shape):
         return value
     if isinstance(value, str):
         if looks_like_quantity(value):
             constant = quantity(value, "1/m", where=where, bare=False)
             return Shape(lambda s: np.full(np.shape(s), constant), (), value)
-        expression = parse(value, variable="s", allow_step=True, where=where)
-        positions = tuple(point.position for point in breakpoints(expression, {}))
-        return Shape(expression.vector({}), positions, value)
+        return _text(value, where, length)
     if callable(value):
         return Shape(value)
     constant = _number(value, where)
     return Shape(lambda s: np.full(np.shape(s), constant), (), f"{constant:g}")
+
+
+@lru_cache(maxsize=256)
+def _text(text: str, where: str, length: float | None) -> Shape:
+    """Read a text once: sweeps and continued runs start from the same few."""
+    expression = parse(text, variable="s", allow_step=True, where=where)
+    found = breakpoints(expression, {}, None if length is None else (0.0, length))
+    return Shape(expression.vector({}), tuple(point.position for point in found), text)
 
 
 def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool) -> tuple[Shape, Grid]:
@@ -134,7 +141,7 @@ def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool)
         )
     if isinstance(curvature, (list, tuple, np.ndarray)) and np.ndim(curvature) > 0:
         return _nodal(np.asarray(curvature), grid, scales), grid
-    shape = _shape(curvature, where)
+    shape = _shape(curvature, where, scales.length)
     length = scales.length
     breaks = tuple(b / length for b in shape.breaks if 0.0 < b < length)
 

@@ -7,6 +7,7 @@ uninterrupted run bit for bit; and a natural curvature that is frozen stays the 
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -199,11 +200,13 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
             if upper == lower:
                 ending, message = "solver_failed", "its step became too small to change the time"
                 break
-            if not np.isfinite(last).all():
+            excess = kern.excess(last)[1]
+            # All weights are positive: the mean, and with it the drive, is finite only where every curvature is.
+            if not math.isfinite(excess):
                 ending = "not_finite"
                 break
             dense = solver.dense_output()
-            if (kern.excess(last)[1] > 0.0) != moving:
+            if (excess > 0.0) != moving:
                 switch = _switch(kern, dense, lower, upper, moving)
                 moving = not moving
                 if switch > t:

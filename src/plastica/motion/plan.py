@@ -92,7 +92,8 @@ def make_plan(
     t0 = 0.0 if start is None else start.history.end * start.model.scales.time / model.scales.time
     settle = until == "equilibrium"
     end = _settling_end(model, t0) if settle else _end(until, model, t0)
-    model.load.check(end * model.scales.time)
+    if not model.load.is_constant:
+        model.load.check(end * model.scales.time)
     chosen = "LSODA" if method == "auto" else method
     return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), max_steps)
 
@@ -176,10 +177,8 @@ def make_problem(
     notes: tuple[str, ...] = ()
     if added:
         notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
-    loads = max(
-        (max(map(abs, program.extreme(plan.end))) for program in (strut.loads.transverse, strut.loads.couple)),
-        default=0.0,
-    )
+    across = (program for name, program in strut.loads.sources() if name in ("transverse", "couple"))
+    loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
     amplitude = max(float(np.abs(mu).max()), abs(mu_nat), loads)
     y0 = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
     return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes)

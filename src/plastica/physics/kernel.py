@@ -58,16 +58,16 @@ def _shear(strut: Strut, start: float, end: float) -> tuple[Callable[..., Array]
     if transverse == 0.0 and couple == 0.0 and weight == 0.0:
         if not callable(thrust):
             scaled = thrust * B
-            return lambda t, theta: scaled @ sin(theta), lambda t, theta: scaled * cos(theta)
+            return lambda t, theta: scaled.dot(sin(theta)), lambda t, theta: scaled * cos(theta)
         return (
-            lambda t, theta: thrust(t) * (B @ sin(theta)),
+            lambda t, theta: thrust(t) * B.dot(sin(theta)),
             lambda t, theta: (thrust(t) * B) * cos(theta),
         )
     gamma, tau, m1, w = (_as_function(program) for program in (thrust, transverse, couple, weight))
 
     def moment(t: float, theta: Array) -> Array:
         along = gamma(t) + w(t) * arm
-        return np.asarray(m1(t) + B @ (along * sin(theta) + tau(t) * cos(theta)))
+        return np.asarray(m1(t) + B.dot(along * sin(theta) + tau(t) * cos(theta)))
 
     def slope(t: float, theta: Array) -> Array:
         along = gamma(t) + w(t) * arm
@@ -92,21 +92,22 @@ def _rate(strut: Strut, shear: Callable[..., Array]) -> Rate:
         strut.laws.threshold.value_at,
     )
 
+    # On vectors this short NumPy's calls are what costs: `a.dot(b)` takes half the time of `a @ b`.
     def rate(t: float, y: Array) -> Array:
         out = np.empty(n + 1 + LEDGER)
-        mu, mu_nat = y[:n], float(y[n])
-        angle = integrals @ mu
+        mu, mu_nat = y[:n], y.item(n)
+        angle = integrals.dot(mu)
         couple = shear(t, angle[:n])
-        mu_t = out[:n]
-        np.subtract(mu_nat, mu, out=mu_t)
-        mu_t += couple
-        drive = float(angle[n]) - mu_nat - preference_slope(mu_nat)
+        mu_t = couple - mu
+        mu_t += mu_nat
+        drive = angle.item(n) - mu_nat - preference_slope(mu_nat)
         barrier = threshold(mu_nat)
         mu_nat_t = flow(drive - barrier) - flow(-barrier - drive)
         weighted = w * mu_t
+        out[:n] = mu_t
         out[n] = mu_nat_t
-        out[n + 1] = weighted @ couple
-        out[n + 2] = weighted @ mu_t
+        out[n + 1] = weighted.dot(couple)
+        out[n + 2] = weighted.dot(mu_t)
         out[n + 3] = drive * mu_nat_t
         return out
 
@@ -155,8 +156,8 @@ def _excess(strut: Strut) -> Callable[[Array], tuple[float, float]]:
     preference_slope, threshold = strut.laws.preference.slope_at, strut.laws.threshold.value_at
 
     def excess(y: Array) -> tuple[float, float]:
-        mu_nat = float(y[n])
-        drive = float(w @ y[:n]) - mu_nat - preference_slope(mu_nat)
+        mu_nat = y.item(n)
+        drive = float(w.dot(y[:n])) - mu_nat - preference_slope(mu_nat)
         return drive, abs(drive) - threshold(mu_nat)
 
     return excess

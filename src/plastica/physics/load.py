@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final
@@ -112,9 +113,13 @@ class Load:
 
     def sources(self) -> tuple[tuple[str, Program], ...]:
         """Return the names and programs of the loads that are not 0 throughout."""
+        return self._sources
+
+    @cached_property
+    def _sources(self) -> tuple[tuple[str, Program], ...]:
         return tuple((name, each) for name, each in self.items() if not (each.constant and each(0.0) == 0.0))
 
-    @property
+    @cached_property
     def is_constant(self) -> bool:
         """Whether no load changes at t ≥ 0."""
         return all(program.constant for _, program in self.items())

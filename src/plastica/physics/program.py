@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, ClassVar, Final, Self, overload
 
 import numpy as np
@@ -240,7 +241,7 @@ class Polygonal(Program):
     def _over(self, t: Array) -> Polyline:
         return self.rows(float(t.min()), float(t.max())) if t.size else self.rows(0.0, 0.0)
 
-    @property
+    @cached_property
     def constant(self) -> bool:
         """Whether the value is the same at all t ≥ 0."""
         least, greatest = self.extreme(math.inf)

@@ -10,7 +10,7 @@ from typing import ClassVar, Final, final
 import numpy as np
 
 from plastica.errors import ArgumentError
-from plastica.physics.polyline import MAX_KNOTS, Array, Polyline, too_many_knots
+from plastica.physics.polyline import MAX_KNOTS, Array, Knot, Polyline, too_many_knots
 from plastica.physics.program import Polygonal, finite_fields, time_words, value_words
 from plastica.physics.waves import check_train, train_words
 
@@ -40,6 +40,21 @@ class Constant(Polygonal):
     def rows(self, a: float, b: float) -> Polyline:
         """Return one row; see `Polygonal.rows`."""
         return self._polyline
+
+    # Most loads are constant and are asked often: what needs no rows is answered without them.
+
+    @cached_property
+    def constant(self) -> bool:
+        """True."""
+        return True
+
+    def extreme(self, until: float) -> tuple[float, float]:
+        """Return the value twice; see `Program.extreme`."""
+        return self.value, self.value
+
+    def knots(self, until: float) -> tuple[Knot, ...]:
+        """Return none; see `Program.knots`."""
+        return ()
 
     def on(self, a: float, b: float) -> float:
         """Return the value; see `Program.on`."""
