@@ -51,6 +51,9 @@ _ROUND_TIMES: Final = (
 )
 
 
+_SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A quantity on an axis: divide by `factor` and write `unit` behind it; `label` names the axis."""
@@ -146,19 +149,20 @@ class TimeAxis:
 
     @property
     def ticks(self) -> tuple[list[float], list[str]]:
-        """Round times of a log axis in SI, such as 1 s, 1 min, 1 h, 1 day, and where they lie."""
-        every = [
-            (n, w) for n, w in _ROUND_TIMES if self.lower <= n / self.factor * (1 + 1e-9) <= self.upper * (1 + 2e-9)
-        ]
-        kept = every[:: -(-len(every) // 8)] if every else []
-        return [n / self.factor for n, _ in kept], [words for _, words in kept]
+        """Where round times lie on a log axis: powers of ten, or in SI times such as 1 s, 1 min, 1 h, 1 day."""
+        powers = ((10.0**k, f"10{str(k).translate(_SUPERSCRIPTS)}") for k in range(-30, 31))
+        low, high = self.lower * (1.0 - 1e-9), self.upper * (1.0 + 1e-9)
+        every = [(t / self.factor, words) for t, words in (_ROUND_TIMES if self.unit else powers)]
+        inside = [(place, words) for place, words in every if low <= place <= high]
+        kept = inside[:: -(-len(inside) // 8)] if inside else []
+        return [place for place, _ in kept], [words for _, words in kept]
 
     def apply(self, ax: Axes, *, label: bool = True) -> None:
         """Give an axes this axis of time."""
         if self.scale == "log":
             ax.set_xscale("log")
             places, words = self.ticks
-            if self.unit and len(places) > 2:
+            if len(places) > 1:
                 ax.set_xticks(places, words)
                 ax.minorticks_off()
         ax.set_xlim(self.lower, self.upper)

@@ -127,16 +127,15 @@ def _energies(seen: View) -> Caption:
 def _loads(seen: View) -> Caption:
     words = pretty(seen.solution.model.load.describe(si=not seen.dimensionless))
     unit = " (in units of the rod, see above)" if seen.dimensionless else ""
-    kinds = ", ".join(LOAD_WORDS[name].lower() for name in present_loads(seen))
     peaks = []
     for name in present_loads(seen):
         program = getattr(seen.solution.model.loads, name)
         largest = float(np.abs(np.asarray(program(seen.sampled.t), dtype=float)).max())
-        peaks.append(f"{LOAD_WORDS[name].lower()} up to {Writer(seen.solution).of_scale(largest, LOAD_KINDS[name])}")
+        peaks.append(f"{LOAD_WORDS[name].lower()} {Writer(seen.solution).of_scale(largest, LOAD_KINDS[name])}")
     return Caption(
         "The load",
         f"What was done to the rod: {words}{unit}.",
-        f"Load program ({kinds}) {_span(seen)}: {', '.join(peaks)}.",
+        f"Load program {_span(seen)}: {words}. Largest magnitude: {', '.join(peaks)}.",
     )
 
 

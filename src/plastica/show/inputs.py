@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -70,8 +71,9 @@ def _specimen(model: Strut) -> list[tuple[str, str, str]]:
 
 
 def _as_given(value: Any, unit: str) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_as_given(each, 'm')}" for key, each in value.items())
+    if isinstance(value, Mapping):
+        sizes = (f"{key.replace('_', ' ')} {_as_given(each, 'm')}" for key, each in value.items() if key != "shape")
+        return ", ".join([str(value["shape"]), *sizes])
     return pretty(value if isinstance(value, str) else f"{value:g} {unit}".strip())
 
 

@@ -80,7 +80,7 @@ _LOOK: Final[dict[str, Any]] = {
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-4, 5),
-    "axes.formatter.use_mathtext": True,
+    "axes.formatter.use_mathtext": False,
     "grid.color": "#e4e7ea",
     "grid.linewidth": 0.7,
     "lines.linewidth": 1.8,
