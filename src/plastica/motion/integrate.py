@@ -98,7 +98,7 @@ def integrate(
         Whether the natural curvature moves at the start; None looks at the state. A run taken up again passes the
         former leg's `moving_next`.
     stop : callable, optional
-        Called after every step with (t, y, kernel); a true value ends the run.
+        Called at the start of every leg and after every step with (t, y, kernel); a true value ends the run.
 
     Yields
     ------
@@ -110,10 +110,10 @@ def integrate(
         t = start
         if moving is None:
             moving = kern.excess(y)[1] > 0.0
-        if stop is not None and stop(t, y, kern):
-            yield Leg(History.at_rest(t, y), "stopped", moving, moving, "", 1, 0)
-            return
         while t < end:
+            if stop is not None and stop(t, y, kern):
+                yield Leg(History.at_rest(t, y), "stopped", moving, moving, "", 1, 0)
+                return
             leg = _leg(kern, t, y, end, options, moving, stop)
             yield leg
             t, y, moving = leg.history.end, leg.history.y[-1], leg.moving_next

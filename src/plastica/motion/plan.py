@@ -243,11 +243,18 @@ def longest_step(strut: Strut, plan: Plan) -> float:
     return 8.0 * float(np.diff(sorted(skipped)).max())
 
 
-def rest(plan: Plan, problem: Problem) -> Stop:
-    """The criterion of rest: the rate is below rtol times the largest curvature met, after the loads have settled."""
+def rest(plan: Plan, problem: Problem, largest: float) -> Stop:
+    """Return the criterion of rest: the rate is below rtol times the largest curvature met, under settled loads.
+
+    Parameters
+    ----------
+    plan, problem
+        What is run.
+    largest : float
+        Largest curvature met so far.
+    """
     n, w = problem.strut.grid.size, problem.strut.grid.w
     settled = max(plan.t0, problem.strut.loads.settled or 0.0)
-    largest = float(np.abs(problem.y0[: n + 1]).max())
 
     def resting(t: float, y: Array, kern: Kernel) -> bool:
         nonlocal largest

@@ -16,7 +16,7 @@ from plastica.errors import ArgumentError
 from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.history import History
 from plastica.motion.initial import Curvature
-from plastica.motion.integrate import Leg, Options, integrate
+from plastica.motion.integrate import Leg, Options, Stop, integrate
 from plastica.motion.plan import (
     Plan,
     Problem,
@@ -31,7 +31,8 @@ from plastica.motion.resolution import too_coarse
 from plastica.motion.solution import Solution
 from plastica.motion.status import Counts, Status, status
 from plastica.motion.store import strut_to_dict
-from plastica.numerics.grid import AUTO_NODES, Grid
+from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
+from plastica.physics.kernel import Kernel
 from plastica.physics.strut import Strut
 
 __all__ = ["Progress", "Until", "solve"]
@@ -171,7 +172,11 @@ class _Keeping:
 
 
 def _run(
-    problem: Problem, plan: Plan, progress: Callable[[Progress], None] | None, keeping: _Keeping | None
+    problem: Problem,
+    plan: Plan,
+    progress: Callable[[Progress], None] | None,
+    keeping: _Keeping | None,
+    give_up: Stop | None = None,
 ) -> Solution:
     began = clock.perf_counter()
     strut = problem.strut
@@ -186,13 +191,11 @@ def _run(
     checkpoint, legs = (None, []) if keeping is None else keeping.open(problem, plan)
     if legs:
         t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
-    landing = (t, *(knot for knot in landing_points(strut, plan.end) if t < knot < plan.end), plan.end)
-    stop = rest(plan, problem) if plan.settle else None
-    unfinished = not legs or (t < plan.end and legs[-1].ending in ("landed", "switched", "full"))
-    fresh: Iterator[Leg] = iter(())
-    if unfinished and plan.end > t:
-        fresh = integrate(strut, y, landing, options, moving=moving, stop=stop)
     steps = sum(leg.history.steps for leg in legs)
+    fresh: Iterator[Leg] = iter(())
+    if t < plan.end and steps < plan.max_steps and (not legs or legs[-1].ending in ("landed", "switched", "full")):
+        landing = (t, *(knot for knot in landing_points(strut, plan.end) if t < knot < plan.end), plan.end)
+        fresh = integrate(strut, y, landing, options, moving=moving, stop=_stop(problem, plan, legs, give_up))
     said = began
     for leg in fresh:
         legs.append(leg)
@@ -210,6 +213,18 @@ def _run(
     if checkpoint is not None:
         checkpoint.flush()
     return _solution(problem, plan, legs, clock.perf_counter() - began)
+
+
+def _stop(problem: Problem, plan: Plan, legs: Sequence[Leg], give_up: Stop | None) -> Stop | None:
+    """What ends a run early: rest where it is asked for, and the reason to give up where there is one."""
+    if not plan.settle:
+        return give_up
+    n = problem.strut.grid.size
+    met = [problem.y0[None, :], *(leg.history.y[leg.history.accepted] for leg in legs)]
+    resting = rest(plan, problem, max(float(np.abs(y[:, : n + 1]).max()) for y in met))
+    if give_up is None:
+        return resting
+    return lambda t, y, kern: resting(t, y, kern) or give_up(t, y, kern)
 
 
 def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Strut) -> Status:
@@ -275,26 +290,39 @@ def _choose_nodes(
 ) -> Solution:
     """Solve with more and more nodes until the Legendre coefficients of the whole motion have decayed."""
     tried: list[str] = []
+    size = 0
     for nodes in AUTO_NODES:
-        grid = Grid(nodes, model.grid.breaks)
+        if nodes * size > LARGEST_SIZE:
+            break
         here = None
         if keeping is not None:
             keeping.folder.mkdir(exist_ok=True)
             here = replace(keeping, folder=keeping.folder / f"nodes-{nodes}")
+        grid = Grid(nodes, model.grid.breaks)
         problem = make_problem(model.with_grid(grid), plan, curvature, natural_curvature, atol, start)
+        size = problem.strut.grid.elements
         shortfall = too_coarse(problem.strut, problem.y0[None, :], plan.rtol)
         if shortfall is None:
-            solution = _run(problem, plan, progress, here)
-            shortfall = too_coarse(problem.strut, solution.history.y, plan.rtol)
+            solution = _run(problem, plan, progress, here, _coarse(problem, plan))
+            shortfall = too_coarse(problem.strut, solution.history.y[solution.history.accepted], plan.rtol)
             if shortfall is None:
-                break
+                why = "the last Legendre coefficients of curvature and load stay below rtol times their size throughout"
+                fewer = f"; too few: {', '.join(tried)}" if tried else ""
+                chosen = f"{nodes} nodes per element chosen: {why}{fewer}"
+                return replace(solution, notes=(*solution.notes, chosen))
         tried.append(f"{nodes} ({shortfall:.0e})")
-    else:
-        solution = _run(problem, plan, progress, here)
-        note = (
-            f"{nodes} nodes per element, the most that are tried, leave a Legendre tail of {shortfall:.0e}: add breaks"
-        )
-        return replace(solution, notes=(*solution.notes, note))
-    why = "the last Legendre coefficients of curvature and load stay below rtol times their size throughout"
-    fewer = f"; too few: {', '.join(tried)}" if tried else ""
-    return replace(solution, notes=(*solution.notes, f"{nodes} nodes per element chosen: {why}{fewer}"))
+    solution = _run(problem, plan, progress, here)
+    most = f"{problem.strut.grid.per_element} nodes per element, the most tried, leave a tail of {shortfall:.0e}: add breaks"
+    return replace(solution, notes=(*solution.notes, most))
+
+
+def _coarse(problem: Problem, plan: Plan) -> Stop:
+    """Give up a run as soon as its grid is seen to be too coarse, which is cheaper to see at every tenth step."""
+    n, steps, size = problem.strut.grid.size, 0, 0.0
+
+    def coarse(t: float, y: Array, kern: Kernel) -> bool:
+        nonlocal steps, size
+        steps, size = steps + 1, max(size, float(np.abs(y[:n]).max()))
+        return steps % 10 == 0 and too_coarse(problem.strut, y[None, :], plan.rtol, size) is not None
+
+    return coarse
