@@ -6,8 +6,8 @@ exceeds the threshold h, and moves the faster the larger the excess (speed c). T
 clamped strut is pi**2/4 = 2.47.
 
 You should see: "Buckles and takes a permanent set". The natural curvature has reached 1.154/L at t = 100 and
-creeps on, like 1/t; and the work of the thrust is accounted for as stored energy, viscous dissipation and dissipation by
-yielding, up to a residual of the size of the tolerance.
+creeps on, like 1/t; and the work of the thrust is accounted for as stored energy, viscous dissipation and dissipation
+by yielding, up to a residual of the size of the tolerance.
 """
 
 import plastica as pl
