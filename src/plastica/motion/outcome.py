@@ -24,6 +24,9 @@ STRAIGHT = 0.01
 BENT = 0.1
 """Tangent angle (rad) beyond which a rod under thrust that has also grown twofold counts as buckled."""
 
+STILL = 1e-15
+"""Rate, in 1/(L T), below which rounding hides all motion."""
+
 REFERENCES = (
     "K. R. Rajagopal and C. Rodriguez, "
     "On evolving natural curvature for an inextensible, unshearable, viscoelastic rod",
@@ -175,10 +178,10 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     strut, scales = solution.model, solution.model.scales
     n = strut.grid.size
     threshold = float(strut.threshold(float(solution.history.y[-1][n])))
-    rates = (
-        f"The curvature still changes at {numbers['curvature_rate']:.1e} and the natural curvature at "
-        f"{abs(numbers['natural_rate']):.1e} (in units of 1/(L T))."
-    )
+    speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
+    rates = "Nothing moves any more that double precision could show."
+    if max(speed, natural) > STILL:
+        rates = f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
     amount = _show(solution, abs(excess) * scales.drive, "N*m**2", "EI")
     share = f"{abs(excess) / threshold:.2g} of it" if threshold > 0.0 else "of no size"
     if excess <= 0.0:

@@ -20,7 +20,7 @@ def too_coarse(strut: Strut, states: Array, rtol: float, size: float | None = No
     """Return the relative Legendre tail of a motion where it exceeds the tolerance, else None.
 
     Looks at the curvature, relative to its largest value, and at sin(theta) and cos(theta), whose products with the
-    loads are what is integrated: relative to one, the sine to the largest curvature where that is less, which bounds it.
+    loads are what is integrated: relative to one, the sine to the largest curvature (which bounds it) if less.
 
     Parameters
     ----------

@@ -312,7 +312,8 @@ def _choose_nodes(
                 return replace(solution, notes=(*solution.notes, chosen))
         tried.append(f"{nodes} ({shortfall:.0e})")
     solution = _run(problem, plan, progress, here)
-    most = f"{problem.strut.grid.per_element} nodes per element, the most tried, leave a tail of {shortfall:.0e}: add breaks"
+    tail = f"leave a Legendre tail of {shortfall:.0e}: add breaks"
+    most = f"{problem.strut.grid.per_element} nodes per element, the most tried, {tail}"
     return replace(solution, notes=(*solution.notes, most))
 
 
