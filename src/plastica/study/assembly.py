@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -23,7 +24,7 @@ from plastica.study import schema
 from plastica.study.building import Start, number
 from plastica.study.problems import Problems
 
-__all__ = ["available_variables", "check_loads", "check_variables", "first_problem", "plan", "verdicts"]
+__all__ = ["available_variables", "check_loads", "check_output", "first_problem", "plan", "verdicts"]
 
 Array = NDArray[np.float64]
 
@@ -136,8 +137,11 @@ def available_variables(model: Strut) -> tuple[str, ...]:
     return tuple(name for name in VARIABLES if name not in absent)
 
 
-def check_variables(model: Strut, output: schema.Output, problems: Problems) -> None:
-    """Refuse names in `csv` that the result will not have."""
+def check_output(model: Strut, output: schema.Output, problems: Problems) -> None:
+    """Refuse names in `csv` that the result will not have, and a film that cannot be made here."""
+    if output.film == "mp4" and shutil.which("ffmpeg") is None:
+        rule = 'can be "mp4" only where ffmpeg is installed.'
+        problems.add(("output", "film"), f'{rule} Install ffmpeg, or write film = "gif".')
     known = available_variables(model)
     for i, name in enumerate(output.csv):
         if name not in known:

@@ -66,10 +66,10 @@ class Problems:
         Raises
         ------
         ScenarioError
-            With all that was found, if anything was.
+            With all that was found, if there is no value.
         """
-        self.refuse()
         if value is None:
+            self.refuse()
             raise ScenarioError(str(self.document.file), ("the scenario cannot be used.",))
         return value
 

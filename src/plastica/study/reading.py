@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from plastica.errors import ScenarioError, shown
 from plastica.files import read_bytes
-from plastica.study.tokens import KeyPath, TooDeepError, index_lines, key_text, line_of, tokens
+from plastica.study.tokens import KeyPath, TooMuchError, index_lines, key_text, line_of, tokens
 
 __all__ = ["LARGEST_FILE", "MOST_ENTRIES", "Document", "read_document"]
 
@@ -109,7 +109,7 @@ def _parsed(text: str, source: Path) -> tuple[dict[str, Any], Mapping[KeyPath, i
         found = list(tokens(plain))
         data = tomllib.loads(plain)
         return data, index_lines(found)
-    except TooDeepError as error:
+    except TooMuchError as error:
         raise _refuse(source, f"line {error.line}: {error.rule}.") from None
     except tomllib.TOMLDecodeError as error:
         raise _refuse(source, _toml_sentence(str(error))) from None

@@ -24,6 +24,7 @@ from plastica.physics.strut import Strut
 from plastica.study import assembly, building, schema
 from plastica.study.problems import Problems
 from plastica.study.reading import Document, read_document
+from plastica.study.tokens import key_text
 
 __all__ = ["MIGRATIONS", "SCHEMA", "Scenario", "migrated", "read_scenario"]
 
@@ -248,11 +249,12 @@ def _assembled(document: Document, title: str, nouns: _Nouns, problems: Problems
     solve, output = problems.settled(nouns.solve), problems.settled(nouns.output)
     start, model = problems.settled(nouns.start), problems.settled(_model(nouns, problems))
     made, times = assembly.plan(model, solve, start.solution, problems)
-    assembly.check_variables(model, output, problems)
+    assembly.check_output(model, output, problems)
     plan = problems.settled(made)
     assembly.check_loads(model, plan, problems)
     atol = None if solve.atol is None else building.number(solve.atol, "1/m")
     problem = problems.settled(assembly.first_problem(model, plan, start, atol, problems))
+    problems.refuse()
     return Scenario(
         file=document.file,
         text=document.text,
@@ -287,9 +289,12 @@ def _model(nouns: _Nouns, problems: Problems) -> Strut | None:
 
 def _refuse_inadmissible(scenario: Scenario, document: Document) -> None:
     if scenario.failed and not scenario.allow_inadmissible:
-        sentences = " ".join(verdict.sentence for verdict in scenario.failed)
-        place = f"{scenario.file}: line {document.line(('material',))}: `material`"
+        sentences = []
+        for verdict in scenario.failed:
+            law = verdict.name.split()[0]
+            path = ("material", law) if ("material", law) in document.lines else ("material",)
+            sentences.append(f"\n  line {document.line(path)}: `{key_text(path)}` {verdict.sentence.rstrip('.')}")
         raise InadmissibleError(
-            f"{place} must satisfy the hypotheses of the theory. {sentences.rstrip('.')}",
+            f"{scenario.file}: the material must satisfy the hypotheses of the theory:" + ".".join(sentences),
             next_step="Mend the law, or set allow_inadmissible = true in [material] to run it at your own risk.",
         )

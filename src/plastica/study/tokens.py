@@ -8,13 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-__all__ = ["KeyPath", "Token", "TooDeepError", "index_lines", "key_text", "line_of", "tokens"]
+__all__ = ["KeyPath", "Token", "TooMuchError", "index_lines", "key_text", "line_of", "tokens"]
 
 KeyPath = tuple[str | int, ...]
 """The keys that lead to a value, and the places in arrays, counted from 0."""
 
 DEEPEST: Final = 12
 MOST_PARTS: Final = 8
+MOST_TOKENS: Final = 100_000
 
 _TOKEN: Final = re.compile(
     r"""
@@ -39,8 +40,8 @@ class Token(NamedTuple):
     line: int
 
 
-class TooDeepError(ValueError):
-    """A text whose nesting or whose dotted keys are beyond what a scenario needs."""
+class TooMuchError(ValueError):
+    """A text whose nesting, dotted keys or number of words are beyond what a scenario needs."""
 
     def __init__(self, line: int, rule: str) -> None:
         self.line, self.rule = line, rule
@@ -48,14 +49,14 @@ class TooDeepError(ValueError):
 
 
 def tokens(text: str) -> Iterator[Token]:
-    """Cut a text into words, without comments and spaces, and refuse what is nested too deep.
+    """Cut a text into words, without comments and spaces, and refuse what is nested too deep or too long.
 
     Raises
     ------
-    TooDeepError
-        Where brackets are more than 12 deep, or a key has more than 8 parts.
+    TooMuchError
+        Where brackets are more than 12 deep, a key has more than 8 parts, or there is more text than anyone reads.
     """
-    line, depth, parts = 1, 0, 0
+    line, depth, parts, count = 1, 0, 0, 0
     for match in _TOKEN.finditer(text):
         kind, word = str(match.lastgroup), match[0]
         if kind not in ("comment", "space"):
@@ -65,9 +66,12 @@ def tokens(text: str) -> Iterator[Token]:
             elif kind == "newline":
                 parts = 0
             if depth > DEEPEST:
-                raise TooDeepError(line, f"brackets must nest at most {DEEPEST} deep")
+                raise TooMuchError(line, f"brackets must nest at most {DEEPEST} deep")
             if parts > MOST_PARTS:
-                raise TooDeepError(line, f"a key must have at most {MOST_PARTS} parts")
+                raise TooMuchError(line, f"a key must have at most {MOST_PARTS} parts")
+            count += 1
+            if count > MOST_TOKENS:
+                raise TooMuchError(line, f"a file must have at most {MOST_TOKENS} words and signs")
             yield Token(kind, word, line)
         line += word.count("\n")
 
