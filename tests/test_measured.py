@@ -1,4 +1,4 @@
-"""Claim: a measured shape becomes the curvature it was measured from, to its noise, and what was done to it is stated."""
+"""Claim: a measured shape becomes the curvature that was measured, to its noise, and says what was done to it."""
 
 from __future__ import annotations
 

@@ -251,7 +251,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # The reader has seen enough; keep the interpreter from failing once more as it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
+        return FAILED
     except OSError as error:
         _say(f"cannot read or write: {error}")
         return FAILED
