@@ -128,6 +128,12 @@ def test_kernel_is_the_readable_rate(strut: pl.Strut, shape: str) -> None:
     check_kernel(strut, shape)
 
 
+def test_kernel_under_loads_that_vary() -> None:
+    load = pl.Load(thrust="2 + sin(t)", transverse="0.3*cos(t)", couple="0.1*t", weight=([0.0, 4.0], [0.0, 1.0]))
+    check_kernel(pl.Strut(_material(), load, pl.Grid(nodes=12)), "cos(2*s)")
+    check_kernel(pl.Strut(_material(), pl.Load(thrust="2 + sin(t)"), pl.Grid(nodes=12)), "cos(2*s)")
+
+
 def check_kernel(strut: pl.Strut, shape: str) -> None:
     """The fast right-hand side equals `Strut.rate` and `spending`; its Jacobian equals differences of it."""
     sol = pl.solve(strut, shape, 0.3, until=0.5)

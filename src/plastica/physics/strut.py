@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws, Material
 from plastica.numerics.grid import Grid
+from plastica.physics.laws import laws_of
 from plastica.physics.load import Load
 from plastica.physics.scales import Scales, Specimen
 
@@ -70,16 +71,7 @@ class Strut:
     @cached_property
     def laws(self) -> Laws:
         """The dimensionless laws of this specimen's material."""
-        if self.specimen is None:
-            if self.material.has_units:
-                raise ArgumentError(
-                    "must be plain numbers where there is no specimen",
-                    where="parameters",
-                    value=dict(self.material.parameters),
-                    next_step="Give the strut a pl.Specimen, or write the parameters without units.",
-                )
-            return self.material.laws()
-        return self.material.laws(self.scales.length, self.scales.stiffness, self.scales.time)
+        return laws_of(self.material, self.specimen)
 
     @cached_property
     def loads(self) -> Load:
