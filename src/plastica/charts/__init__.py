@@ -1,0 +1,1 @@
+"""Charts of many equilibria and many motions."""
