@@ -269,6 +269,15 @@ def test_a_run_in_si_shows_what_was_given_and_its_groups() -> None:
     assert "**" not in text.replace("k*m**2/2", "").replace("c*pos(x)**2", "")
 
 
+def test_a_material_of_the_catalogue_is_introduced_and_its_volume_fraction_told() -> None:
+    three = pl.Strut(pl.catalogue.material("three-shapes"), pl.Load(transverse=2.0), pl.Grid(nodes=8))
+    solution = pl.solve(three, until=5.0, rtol=1e-6)
+    text = Reader(reports.page(solution, film_seconds=0.0)).text
+    assert pl.catalogue.describe("three-shapes").title in text
+    assert f"Volume fraction {float(solution.dataset['volume_fraction'][-1]):.3g}" in text
+    assert "Volume fraction" not in page("buckles")
+
+
 def test_key_numbers_are_those_of_the_result() -> None:
     solution, text = run("buckles"), Reader(page("buckles")).text
     data, outcome = solution.dataset, solution.outcome

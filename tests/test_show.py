@@ -420,6 +420,25 @@ def test_few_steps_are_drawn_as_curves_through_the_steps() -> None:
     assert set(solution.dataset["t"].values) <= set(t)
 
 
+def test_pictures_do_not_depend_on_the_times_that_were_asked_for() -> None:
+    whole = run("buckles")
+    asked = replace(whole, times=np.array([0.0, 40.0]))
+    for label in ("work of the loads", "stored energy"):
+        one, other = (line(plots.energies(each).axes[0], label) for each in (whole, asked))
+        assert np.array_equal(one, other)
+
+
+def test_preferred_natural_curvatures_are_marked() -> None:
+    three = pl.Strut(pl.catalogue.material("three-shapes"), pl.Load(transverse=2.0), pl.Grid(nodes=8))
+    solution = pl.solve(three, until=5.0, rtol=1e-6)
+    upper = plots.natural(solution).axes[0]
+    marks = {float(np.asarray(each.get_ydata())[0]) for each in upper.lines if each.get_label() == "_preferred"}
+    assert 0.0 in marks
+    assert marks <= {0.0, three.material.well, -three.material.well}
+    low, high = upper.get_ylim()
+    assert all(low < each < high for each in marks)
+
+
 @pytest.mark.parametrize("wrong", [None, 3.0, "run.nc"])
 def test_what_is_no_result_is_refused(wrong: object) -> None:
     with pytest.raises(ArgumentError, match="Solution"):

@@ -74,11 +74,13 @@ def _way(seen: View) -> str:
 
 
 def _natural(seen: View) -> Caption:
+    wells = " Dotted: the natural curvatures that the material prefers." if seen.solution.model.material.well else ""
     threshold = Writer(seen.solution).amount(float(seen.values("threshold")[-1]), "drive")
     return Caption(
         "The memory: natural curvature, drive and threshold",
         "Above, the natural curvature; below, the drive between plus and minus the threshold. The natural curvature "
-        "moves only while the drive is outside that band (shaded), and always in the direction in which it pulls.",
+        "moves only while the drive is outside that band (shaded), and always in the direction in which it pulls."
+        f"{wells}",
         f"Natural curvature and drive {_span(seen)}. The natural curvature "
         f"{_range(seen, 'natural_curvature', 'curvature')}. The drive {_range(seen, 'drive', 'drive')}; the threshold "
         f"is {threshold} at the end.",

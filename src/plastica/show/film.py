@@ -29,7 +29,15 @@ __all__ = ["film", "frames"]
 
 Array = NDArray[np.float64]
 
-DPI: Final = 100
+WIDTH: Final = 7.2
+"""Inches: a film looks the same at every number of pixels."""
+
+MARGINS: Final = 2.1
+"""Inches of the width that labels take."""
+
+LOWER: Final = 1.7
+"""Inches of the height that the energies take."""
+
 LONGEST: Final = 3000
 """Frames of one film."""
 
@@ -176,14 +184,14 @@ class _Stage:
 
 def _stage(seen: View, times: Array, width: int) -> _Stage:
     """Set the scene: the two pictures with all that rests, and the moving parts."""
-    inches = width / DPI
-    probe = new_figure(inches, inches).subplots()
+    probe = new_figure(WIDTH, WIDTH).subplots()
     height, breadth = panels.plan_limits(probe, seen, arrow=REACH)
-    upper = float(np.clip(0.74 * inches * height / breadth, 1.3, 0.62 * inches))
-    figure = new_figure(inches, upper + 0.45 + 0.31 * inches)
+    upper = float(np.clip((WIDTH - MARGINS) * height / breadth, 1.2, 4.6))
+    figure = new_figure(WIDTH, upper + LOWER + 1.0)
     figure.set_layout_engine("compressed")
-    figure.set_dpi(DPI)
-    ax, below = figure.subplots(2, 1, height_ratios=[upper + 0.4, 0.31 * inches])
+    # A hair more than the width, lest rounding takes a pixel away.
+    figure.set_dpi((width + 0.01) / WIDTH)
+    ax, below = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     length = seen.length("")
     x, y, natural_x, natural_y = (length(each) for each in seen.centre_lines(times, panels.PLACES[::2]))
     parts = _rod(ax, seen)

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from plastica.material import catalogue
 from plastica.motion.solution import Solution
 from plastica.physics.strut import Strut
 from plastica.show.subject import Section, Subject
@@ -27,6 +28,7 @@ def parameters(subject: Subject) -> Section:
         "specimen": _specimen(model),
         "material": material.name,
         "source": material.source,
+        "about": _about(material.name),
         "laws": _laws(model),
         "values": [
             (name, pretty(value) if isinstance(value, str) else number(value, 6))
@@ -39,6 +41,14 @@ def parameters(subject: Subject) -> Section:
         "dimensionless": subject.seen.dimensionless,
     }
     return Section("parameters", "What was put in", data)
+
+
+def _about(name: str | None) -> str:
+    """What the catalogue says about a named material: its title and first sentence."""
+    if name not in catalogue.names():
+        return ""
+    entry = catalogue.describe(name)
+    return pretty(f"{entry.title}. {entry.words.split('. ')[0].rstrip('.')}.")
 
 
 _SPECIMEN_WORDS: Final = {

@@ -211,8 +211,23 @@ def natural_panel(ax: Axes, seen: View, *, label_time: bool = True) -> None:
     yielding_spans(ax, seen)
     ax.plot(seen.time(seen.t), axis(values), color=colour, label="natural curvature")
     seen.time.apply(ax, label=label_time)
-    room(ax, axis(values))
+    preferred = _preferred(ax, seen, axis(values), axis)
+    room(ax, axis(values), preferred)
+    direct_labels(ax, [(place, "preferred", MUTED) for place in preferred])
     ax.set_ylabel(axis.label)
+
+
+def _preferred(ax: Axes, seen: View, shown: Array, axis: Any) -> list[float]:
+    """Mark the natural curvatures that a material with three of them prefers, as far as the run comes near them."""
+    well = seen.solution.model.material.well
+    if well is None:
+        return []
+    reach = 0.5 * float(axis(well))
+    places = [float(axis(each)) for each in (-well, 0.0, well)]
+    near = [each for each in places if shown.min() - reach <= each <= shown.max() + reach]
+    for each in near:
+        ax.axhline(each, color=MUTED, linewidth=1.0, linestyle=(0, (1, 2)), zorder=1.2, label="_preferred")
+    return near
 
 
 def drive_panel(ax: Axes, seen: View) -> None:

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from plastica.material.material import admissible
 from plastica.show.captions import captions
 from plastica.show.checks import ledger, origin, promises
 from plastica.show.film import frames
@@ -40,6 +41,7 @@ def verdict(subject: Subject) -> Section:
         "code": solution.status.code.replace("_", " "),
         "status": pretty(solution.status.sentence),
         "until": subject.write(float(subject.seen.t[-1]), "time"),
+        "doubtful": not (solution.status.ok and admissible(solution.model.material)),
         "notes": [pretty(note) for note in solution.notes],
         "cards": _cards(subject),
     }
@@ -79,6 +81,19 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
         ),
         _card("Energy lost", write(lost, "energy"), share),
         _yielding_card(subject),
+        *_fraction_card(subject),
+    ]
+
+
+def _fraction_card(subject: Subject) -> list[dict[str, str]]:
+    """For a material with three preferred shapes, how much of it has gone over to the second."""
+    if "volume_fraction" not in subject.seen.dataset:
+        return []
+    values = subject.seen.values("volume_fraction")
+    return [
+        _card(
+            "Volume fraction", number(float(values[-1]), 3), f"at the end; {number(float(values[0]), 3)} at the start"
+        )
     ]
 
 
