@@ -1,25 +1,20 @@
-"""Claim: a scenario means what it says, all its mistakes are found at once, and what `check` accepts, `run` accepts."""
+"""Claim: a scenario means what it says, all its mistakes are found at once, and former versions are read."""
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import plastica as pl
 from plastica.errors import ArgumentError, InadmissibleError, ScenarioError
 from plastica.motion.store import read
 from plastica.study import scenario as study
 from plastica.study.run import run
-from plastica.study.scenario import Scenario, migrated, read_scenario
-from plastica.study.template import template
-from plastica.study.tokens import index_lines, tokens
-from tests.commandline import call, scenario, si_scenario, written
+from plastica.study.scenario import migrated, read_scenario
+from tests.commandline import scenario, si_scenario, written
 from tests.support import DATA, EPS
 
 
@@ -202,80 +197,6 @@ def test_mp4_needs_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert read_scenario(file).output.film == "mp4"
 
 
-# -- lines ---------------------------------------------------------------------------------------------------------
-
-
-def paths(value: object, path: tuple[str | int, ...] = ()) -> set[tuple[str | int, ...]]:
-    """All key paths of a parsed document."""
-    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    return {path} - {()} | {each for key, below in inner for each in paths(below, (*path, key))}
-
-
-def check_lines(text: str, expected: dict[tuple[str | int, ...], int]) -> None:
-    """The index knows every key that tomllib finds, and no other, on the lines expected."""
-    lines = index_lines(list(tokens(text)))
-    assert set(lines) == paths(tomllib.loads(text))
-    assert {path: lines[path] for path in expected} == expected
-
-
-def test_lines_of_keys() -> None:
-    text = '''# comment = 1 [x]
-a.b."c d" = 1     # dotted
-"e" = """two
-lines = 3"""
-[t.u]
-v = [1, [2, "]"], # inner
-  { w = 'x', y = 3.5e-2 }, 1979-05-27 07:32:00,
-]
-\'f\' = { g.h = true, i = [
-] }
-[[rows]]
-k = 1
-[rows.more]
-l = "\\"="
-[[rows]]
-k = -inf
-'''
-    check_lines(
-        text,
-        {
-            ("a", "b", "c d"): 2,
-            ("e",): 3,
-            ("t", "u", "v"): 6,
-            ("t", "u", "v", 1, 1): 6,
-            ("t", "u", "v", 2, "y"): 7,
-            ("t", "u", "v", 3): 7,
-            ("t", "u", "f", "g", "h"): 9,
-            ("rows", 0, "more", "l"): 14,
-            ("rows", 1, "k"): 16,
-        },
-    )
-
-
-KEYS = st.text("abcxyz_-09", min_size=1, max_size=6) | st.just('"a.b = [c]"') | st.just("'#'")
-SCALARS = st.sampled_from(("1", "-2.5e3", "true", '"a, ] = #"', "'[['", '"""m\n\nn"""', "'''q\n'''", "0x1f"))
-VALUES = st.recursive(
-    SCALARS,
-    lambda inner: (
-        st.lists(inner, max_size=3).map(lambda items: "[\n" + ",\n ".join(items) + "]")
-        | st.lists(
-            st.tuples(KEYS, SCALARS.filter(lambda text: "\n" not in text)), max_size=3, unique_by=lambda p: p[0]
-        ).map(lambda pairs: "{" + ", ".join(f"{key} = {value}" for key, value in pairs) + "}")
-    ),
-    max_leaves=6,
-)
-
-
-@settings(deadline=None, max_examples=100, derandomize=True)
-@given(st.lists(st.tuples(KEYS, VALUES), max_size=6, unique_by=lambda pair: pair[0]))
-def test_lines_of_any_document(pairs: list[tuple[str, str]]) -> None:
-    text, expected = "", {}
-    for key, value in pairs:
-        expected[tomllib.loads(f"{key} = 0").popitem()[0],] = text.count("\n") + 1
-        text += f"{key} = {value}\n"
-    check_lines(text, expected)
-
-
 # -- versions ------------------------------------------------------------------------------------------------------
 
 
@@ -324,83 +245,3 @@ def test_versions_are_migrated_one_by_one() -> None:
 
 def test_every_former_version_has_its_migration() -> None:
     assert set(study.MIGRATIONS) == set(range(1, study.SCHEMA))
-
-
-# -- what check accepts, run accepts ---------------------------------------------------------------------------------
-
-FORMS: dict[str, tuple[str, ...]] = {
-    "material": ('name = "one-shape"', 'name = "three-shapes"', 'name = "hardening"\nparameters = { h = 0.05 }'),
-    "load": (
-        "thrust = 2.4",
-        'thrust = "1 + step(t - 0.3)"\ntransverse = 0.1',
-        'thrust = { program = "cycles", low = 0.0, high = 3.0, period = 0.2, count = 3, shape = "square" }',
-        'thrust = { program = "table", times = [0.0, 0.3, 0.3], values = [0, 3, 0] }\ncouple = -0.2',
-        'weight = { program = "ramp-hold-release", value = 2.0, ramp = 0.1, hold = 0.2, release = 0.0 }',
-        'thrust = { program = "expression", text = "a*sin(b*t)**2", parameters = { a = 2.0, b = 9.0 } }',
-        "thrust = -1.0",
-        "",
-    ),
-    "initial": (
-        "curvature = 0.1",
-        'curvature = "1 + cos(3*s)"\nnatural_curvature = -0.3',
-        'curvature = { pieces = [1.0, "-s"], breaks = [0.3] }',
-        'curvature = "sqrt(s - 0.2)"',
-        "",
-    ),
-    "grid": ('nodes = "auto"', "nodes = 2", "nodes = 9\nbreaks = [0.1, 0.2]", "nodes = 1", ""),
-    "solve": (
-        "until = 0.5",
-        "until = 0.5\ntimes = [0.1, 0.5]",
-        'until = 0.5\nmethod = "Radau"\nrtol = 1e-6',
-        'until = "equilibrium"\nrtol = 1e-3\nmax_steps = 400',
-        "until = 0.5\nmax_steps = 3\ntimes = [0.4]",
-        'until = 0.5\ntimes = { count = 7, spacing = "log" }\natol = 1e-6',
-        "until = -1.0",
-    ),
-    "output": ('csv = ["tip_y"]', 'csv = ["volume_fraction"]', 'name = "x"', ""),
-}
-
-
-def accepted(file: Path) -> Scenario | None:
-    try:
-        return read_scenario(file)
-    except ScenarioError:
-        return None
-
-
-@settings(deadline=None, max_examples=60, derandomize=True)
-@given(st.fixed_dictionaries({name: st.sampled_from(forms) for name, forms in FORMS.items()}))
-def test_what_check_accepts_run_accepts(tmp_path_factory: pytest.TempPathFactory, parts: dict[str, str]) -> None:
-    folder = tmp_path_factory.mktemp("case")
-    file = written(folder, scenario(**parts))
-    code = call("run", file, "--output", folder / "out", "--no-report", "--no-film").code
-    assert (code in (0, 1)) == (accepted(file) is not None)
-    assert (folder / "out").exists() == (code in (0, 1))
-
-
-@pytest.mark.parametrize("units", ["SI", "dimensionless"])
-def test_the_template_runs(units: Any, tmp_path: Path) -> None:
-    file = written(tmp_path, template(units))
-    assert call("check", file).code == 0
-    answer = call("run", file, "--output", tmp_path / "out", "--no-report", "--no-film")
-    assert (answer.code, answer.err) == (0, "")
-
-
-@pytest.mark.parametrize("units", ["SI", "dimensionless"])
-def test_what_the_template_offers_is_accepted(units: Any, tmp_path: Path) -> None:
-    """Every possibility that the comments name can be used: alone in the place of what stands there."""
-    lines = template(units).splitlines()
-    offers = [i for i, line in enumerate(lines) if line.startswith("# ") and " = " in line and "{line}" not in line]
-    tried = 0
-    for i in offers:
-        key = lines[i].removeprefix("# ").split(" = ")[0]
-        if key in ("result", "preference", "flow", "threshold", "parameters", "h") or "csv =" in lines[i]:
-            continue
-        rest = [line for line in lines if key == "name" or not line.startswith(f"{key} = ")]
-        at = rest.index(lines[i])
-        rest[at] = lines[i].removeprefix("# ")
-        if key == "bending_stiffness":
-            rest = [line for line in rest if not line.startswith(("youngs_modulus", "section"))]
-        assert read_scenario(written(tmp_path, "\n".join(rest))), lines[i]
-        tried += 1
-    assert tried >= 10

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from plastica._version import __version__
 from plastica.errors import PlasticaError
+
+if TYPE_CHECKING:
+    from plastica.doors.running import Ran
 
 __all__ = ["cli", "main"]
 
@@ -53,27 +57,21 @@ def run(
 
     Writes a result (.nc), a page with pictures (.html), a film and CSV files into the folder --output.
     """
-    from plastica.doors.running import Options, batch, single
+    from plastica.doors.running import Options, attempted, batch
 
     options = Options(output, resume, quiet or as_json, not no_report, not no_film)
+    several = scenario.is_dir()
     try:
-        ran = batch(scenario, options) if scenario.is_dir() else [single(scenario, options)]
-    except PlasticaError as error:
-        if as_json:
-            _print_json({"scenario": scenario, "exit_code": MISTAKE, "error": str(error)})
-        raise
+        ran = batch(scenario, options) if several else [attempted(scenario, options)]
     except KeyboardInterrupt:
         _say("interrupted. To go on from there, give the same command with --resume")
         return INTERRUPTED
     if as_json:
         each = [one.as_json() for one in ran]
-        _print_json({"runs": each} if scenario.is_dir() else each[0])
-    elif not quiet:
-        _print_runs(ran, several=scenario.is_dir())
-    for one in ran:
-        if one.message:
-            _say(one.message)
-    return max(one.code for one in ran)
+        _print_json({"runs": each} if several else each[0])
+    elif not quiet and (several or ran[0].facts):
+        _print_runs(ran, several=several)
+    return _told(ran)
 
 
 @cli.command()
@@ -82,26 +80,24 @@ def run(
 def check(scenario: Path, as_json: bool) -> int:
     """Say what is understood of SCENARIO, or all its mistakes, without running it.
 
-    What `check` accepts, `run` accepts.
+    What `check` accepts, `run` accepts. Of a folder, every *.toml file is checked.
     """
-    from plastica.doors.numbers import check_facts
-    from plastica.study.run import default_folder, planned_files
-    from plastica.study.scenario import read_scenario
+    from plastica.doors.running import checked, scenario_files
 
-    try:
-        read = read_scenario(scenario)
-    except PlasticaError as error:
-        if as_json:
-            _print_json({"scenario": scenario, "accepted": False, "error": str(error)})
-        raise
-    facts = check_facts(read)
+    several = scenario.is_dir()
+    found = [checked(file) for file in (scenario_files(scenario) if several else [scenario])]
     if as_json:
-        _print_json(facts)
-    else:
+        each = [one.facts for one in found]
+        _print_json({"scenarios": each} if several else each[0])
+    elif several:
+        for one in found:
+            if one.code == DONE:
+                click.echo(f"{one.file} can be run")
+    elif found[0].code == DONE:
         from plastica.doors.tables import print_check
 
-        print_check(_console(), facts, list(planned_files(read, default_folder(scenario)).values()))
-    return DONE
+        print_check(_console(), found[0].facts, found[0].files)
+    return _told(found)
 
 
 @cli.command()
@@ -198,7 +194,7 @@ def _console() -> Any:
     return Console()
 
 
-def _print_runs(ran: Sequence[Any], *, several: bool) -> None:
+def _print_runs(ran: Sequence[Ran], *, several: bool) -> None:
     from plastica.doors.tables import print_batch, print_result
 
     console = _console()
@@ -212,6 +208,14 @@ def _print_json(value: Any) -> None:
     from plastica.doors.numbers import clean
 
     click.echo(json.dumps(clean(value), ensure_ascii=False, allow_nan=False, indent=2))
+
+
+def _told(ended: Sequence[Ran]) -> int:
+    """Tell on standard error what went wrong; return the worst exit code."""
+    for one in ended:
+        if one.message:
+            _say(one.message)
+    return max(one.code for one in ended)
 
 
 def _say(message: str) -> None:
@@ -231,6 +235,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the computation failed, 2 a mistake in the input, 130 interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that lacks a sign gets "?" in its place.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     if not sys.warnoptions:
         # Numerical trouble is told by the status of a run, in words.
         warnings.simplefilter("ignore", RuntimeWarning)

@@ -1,19 +1,19 @@
-"""What `plastica run` does with one scenario, and with a folder of them."""
+"""What `plastica run` and `plastica check` do with one scenario, and with a folder of them."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plastica.doors.numbers import result_facts
+from plastica.doors.numbers import check_facts, result_facts
 from plastica.errors import FileError, PlasticaError
 
 if TYPE_CHECKING:
     from plastica.study.run import Finished
 
-__all__ = ["Options", "Ran", "batch", "scenario_files", "single"]
+__all__ = ["Options", "Ran", "attempted", "batch", "checked", "scenario_files", "single"]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Ran:
-    """One scenario that was run, or refused.
+    """One scenario that was run, checked or refused.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Ran:
     message : str
         What to tell on standard error; "" if all is well.
     facts : dict
-        What became of the rod; empty if it was not run.
+        What became of the rod, or what was understood of it; empty if the run was refused.
     files : tuple of Path
         What was written.
     seconds : float
@@ -129,15 +129,29 @@ def scenario_files(folder: Path) -> list[Path]:
     return files
 
 
+def attempted(file: Path, options: Options) -> Ran:
+    """Run one scenario; a mistake in it is told in the result."""
+    began = time.perf_counter()
+    try:
+        return single(file, options)
+    except PlasticaError as error:
+        return Ran(file, 2, str(error), {}, (), time.perf_counter() - began)
+
+
 def batch(folder: Path, options: Options) -> list[Ran]:
     """Run every scenario of a folder, each into a folder of its own; a mistake in one does not stop the others."""
-    ran = []
-    for file in scenario_files(folder):
-        began = time.perf_counter()
-        output = (options.output or Path("out")) / file.stem
-        each = Options(output, options.resume, options.quiet, options.report, options.film)
-        try:
-            ran.append(single(file, each))
-        except PlasticaError as error:
-            ran.append(Ran(file, 2, str(error), {}, (), time.perf_counter() - began))
-    return ran
+    root = options.output or Path("out")
+    return [attempted(file, replace(options, output=root / file.stem)) for file in scenario_files(folder)]
+
+
+def checked(file: Path) -> Ran:
+    """Read one scenario without running it: what is understood of it, and what it would write."""
+    from plastica.study.run import default_folder, planned_files
+    from plastica.study.scenario import read_scenario
+
+    try:
+        scenario = read_scenario(file)
+    except PlasticaError as error:
+        return Ran(file, 2, str(error), {"scenario": file, "accepted": False, "error": str(error)}, (), 0.0)
+    files = tuple(planned_files(scenario, default_folder(file)).values())
+    return Ran(file, 0, "", check_facts(scenario), files, 0.0)

@@ -11,11 +11,11 @@ from plastica.errors import ArgumentError, shown
 from plastica.material import catalogue
 from plastica.material.dimensions import dimension_of_tree
 from plastica.material.material import Material
-from plastica.motion.initial import Curvature, Shape, piecewise
 from plastica.motion.solution import Solution
 from plastica.motion.store import read
 from plastica.numerics.grid import Grid
 from plastica.physics import programs
+from plastica.physics.initial import Curvature, Shape, piecewise
 from plastica.physics.load import LOAD_KINDS, Load
 from plastica.physics.program import Program
 from plastica.physics.scales import KINDS, Specimen

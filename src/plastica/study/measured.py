@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError, FileError, shown
 from plastica.files import read_bytes
-from plastica.motion.initial import Shape
+from plastica.physics.initial import Shape
 from plastica.study.smoothing import Smoothed, smooth, thinned
 from plastica.units import dimension_of, format_quantity, parse_quantity
 

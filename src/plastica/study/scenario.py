@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from plastica.errors import ArgumentError, InadmissibleError
 from plastica.material.admissibility import Verdict
 from plastica.material.material import Material
-from plastica.motion.initial import Curvature
 from plastica.motion.plan import Plan, Problem
 from plastica.motion.solution import Solution
 from plastica.numerics.grid import Grid
+from plastica.physics.initial import Curvature
 from plastica.physics.load import Load
 from plastica.physics.scales import Specimen
 from plastica.physics.strut import Strut
