@@ -50,7 +50,8 @@ class Grid:
 
     Notes
     -----
-    Good values: 16 nodes give about 12 digits for smooth data at thrusts up to 10; 12 are enough for plots.
+    Good values: for smooth data and anywhere along the rod, 16 nodes give 11 digits at a thrust of 1, 9 at 3 and 7 at 8
+    (in EI/L**2), 24 nodes 11 at all of them; 12 are enough for plots.
     """
 
     nodes: int | Literal["auto"] = 16

@@ -278,8 +278,8 @@ class Specimen:
 
     Examples
     --------
-    >>> Specimen(length=0.25, bending_stiffness=0.035, retardation_time=120.0).gamma(1.4)
-    2.5
+    >>> Specimen(length=0.5, bending_stiffness=0.25, retardation_time=120.0).gamma(3.0)
+    3.0
     """
 
     length: Amount
