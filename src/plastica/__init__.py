@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from plastica.material import catalogue
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
-    from plastica.motion.initial import Shape, piecewise
     from plastica.motion.solution import Solution
     from plastica.motion.solve import solve
     from plastica.motion.status import Status
     from plastica.motion.store import read
     from plastica.numerics.grid import Grid
     from plastica.physics import programs
+    from plastica.physics.initial import Shape, piecewise
     from plastica.physics.ledger import Ledger
     from plastica.physics.load import Load
     from plastica.physics.scales import Specimen
@@ -32,14 +32,14 @@ _HOMES = {
     "Ledger": "plastica.physics.ledger",
     "Load": "plastica.physics.load",
     "Material": "plastica.material.material",
-    "Shape": "plastica.motion.initial",
+    "Shape": "plastica.physics.initial",
     "Solution": "plastica.motion.solution",
     "Specimen": "plastica.physics.scales",
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
     "Verdict": "plastica.material.admissibility",
     "film": "plastica.show.film",
-    "piecewise": "plastica.motion.initial",
+    "piecewise": "plastica.physics.initial",
     "plot": "plastica.show.plots",
     "read": "plastica.motion.store",
     "report": "plastica.show.report",

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
-from plastica.motion.initial import (
+from plastica.motion.integrate import METHODS, Stop
+from plastica.physics.initial import (
     Curvature,
     initial_natural_curvature,
     initial_shape,
     nodal_values,
 )
-from plastica.motion.integrate import METHODS, Stop
 from plastica.physics.kernel import LEDGER, Kernel
 from plastica.physics.strut import Strut
 from plastica.units import quantity

@@ -15,7 +15,6 @@ from plastica._version import __version__
 from plastica.errors import ArgumentError
 from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.history import History
-from plastica.motion.initial import Curvature
 from plastica.motion.integrate import Leg, Options, Stop, integrate
 from plastica.motion.plan import (
     Plan,
@@ -32,6 +31,7 @@ from plastica.motion.solution import Solution
 from plastica.motion.status import Counts, Status, status
 from plastica.motion.store import strut_to_dict
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
+from plastica.physics.initial import Curvature
 from plastica.physics.kernel import Kernel
 from plastica.physics.strut import Strut
 
