@@ -185,15 +185,16 @@ class TimeAxis:
         return f"{t / factor:.4g} {name}"
 
     def clock(self, t: float) -> str:
-        """Write a time (user's units) as a clock would: "1 d 5 h", "14 h 14 min"."""
+        """Write a time (user's units) as a clock would: "14 h 14 min", "1 d 0 h 20 min", "300 d 4 h"."""
         if self.unit == "" or abs(t) < 60.0:
             return f"t = {t:.4g}" if self.unit == "" else self.words(t)
-        parts = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"))
-        first = next(i for i, (size, _) in enumerate(parts) if t >= size)
-        small = parts[min(first + 1, 3)][0]
-        whole = round(t / small) * small
-        first = next(i for i, (size, _) in enumerate(parts) if whole >= size)
-        size, name = parts[first]
-        next_size, next_name = parts[min(first + 1, 3)]
-        rest = whole % size // next_size
-        return f"{whole // size} {name} {rest} {next_name}" if rest else f"{whole // size} {name}"
+        smallest = next(size for limit, size in ((3600.0, 1), (864000.0, 60), (np.inf, 3600)) if t < limit)
+        words: list[str] = []
+        rest = round(t / smallest) * smallest
+        for size, name in ((86400, "d"), (3600, "h"), (60, "min"), (1, "s")):
+            if size >= smallest and (words or rest >= size):
+                words.append(f"{rest // size} {name}")
+                rest %= size
+        while words[-1].startswith("0 "):
+            words.pop()
+        return " ".join(words)
