@@ -164,6 +164,7 @@ def test_events_are_listed_and_long_lists_are_cut() -> None:
     assert "Yields from the start" in text
     assert "The tip turns past +90 degrees" in text
     assert "None: the rod never yielded" in Reader(page("still")).text
+    assert "Largest thrust, in EI/L² γ no thrust" in Reader(page("still")).text
     many = len(run("cycles").events)
     assert many > 100
     assert f"… and {many - 100} more." in Reader(page("cycles")).text

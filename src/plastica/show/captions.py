@@ -128,7 +128,7 @@ def _energies(seen: View) -> Caption:
 
 def _loads(seen: View) -> Caption:
     words = pretty(seen.solution.model.load.describe(si=not seen.dimensionless))
-    unit = " (in units of the rod, see above)" if seen.dimensionless else ""
+    unit = " (in units of the rod, see above)" if seen.dimensionless and seen.solution.model.loads.sources() else ""
     peaks = []
     for name in present_loads(seen):
         program = getattr(seen.solution.model.loads, name)

@@ -147,7 +147,9 @@ def _groups(subject: Subject) -> list[tuple[str, str, str]]:
         (
             "γ",
             "Largest thrust, in EI/L²",
-            f"{number(largest)}, or {number(largest / EULER, 3)} times the Euler load of a straight elastic strut",
+            f"{number(largest)}, or {number(largest / EULER, 3)} times the Euler load of a straight elastic strut"
+            if largest > 0.0
+            else "no thrust",
         ),
         ("Θ/EI", "Threshold at the first natural curvature", number(float(laws.threshold.value(began)[0]))),
         ("κ″/EI", "Stiffness of the preference energy there", number(float(laws.preference.second(began)[0]))),
