@@ -47,8 +47,8 @@ HOMES = {
     "rich": {"doors"},
     "h5py": {"motion"},
     "h5netcdf": {"motion"},
-    "xarray": {"motion", "study", "show"},
-    "scipy": {"numerics", "physics", "motion", "study"},
+    "xarray": {"equilibria", "motion", "charts", "study", "show"},
+    "scipy": {"numerics", "physics", "equilibria", "motion", "charts", "study"},
 }
 """The only layers in which a library may be imported. What is not named here and not NumPy is not imported at all."""
 
