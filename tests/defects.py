@@ -13,9 +13,9 @@ import plastica as pl
 from plastica import units
 from plastica.material import admissibility, functions, reader
 from plastica.material import material as laws
-from plastica.motion import checkpoint, initial, integrate, solve, store
+from plastica.motion import checkpoint, integrate, solve, store
 from plastica.motion.history import History
-from plastica.physics import bounds, kernel, ledger, load, polyline, scales
+from plastica.physics import bounds, initial, kernel, ledger, load, polyline, scales
 from plastica.physics.strut import Strut
 
 Patch = pytest.MonkeyPatch

@@ -10,7 +10,7 @@ import pytest
 import plastica as pl
 from plastica import units
 from plastica.material import material as laws
-from plastica.motion import initial
+from plastica.physics import initial
 from plastica.physics.scales import Scales
 from tests import (
     test_adjoint,
