@@ -187,7 +187,8 @@ def rows(page: str, heading: str) -> list[list[str]]:
     text = (DOCS / page).read_text(encoding="utf-8")
     part = re.split(rf"^#+ {re.escape(heading)}$", text, maxsplit=1, flags=re.MULTILINE)[1]
     part = re.split(r"^#+ ", part, maxsplit=1, flags=re.MULTILINE)[0]
-    lines = [line for line in part.splitlines() if line.startswith("|")]
+    table = re.search(r"(?:^\|.*\n)+", part, re.MULTILINE)
+    lines = table[0].splitlines() if table else []
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines[2:]]
 
 
