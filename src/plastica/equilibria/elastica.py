@@ -1,0 +1,329 @@
+"""Equilibria of the strut in closed form: phi'' + gamma sin phi = 0, phi(0) = 0, phi'(0) = alpha.
+
+Everything is dimensionless and vectorised over the thrust gamma, the clamp curvature alpha and the arc length s. The
+errors of each regime stay below 50 eps times the condition number in (gamma, alpha), and do not grow toward the
+separatrix alpha^2 = 4 gamma:
+
+* the parameter of the elliptic functions comes with its complement, (4 gamma - alpha^2) formed in twice the precision;
+* librating rods (alpha^2 <= 4 gamma) are written in u = sqrt(gamma) s, rotating ones in u = alpha s / 2; both forms
+  hold on the separatrix, where the functions are hyperbolic;
+* sums have terms of the size of the result; 1 - cn and 1 - dn are sn^2 over a sum.
+
+Limits: gamma and alpha are taken as the doubles they are. Rounding a decimal number to a double costs as much as the
+condition number says: near the separatrix about exp(sqrt(gamma)) eps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError
+from plastica.material.material import Laws
+from plastica.numerics.jacobi import Jacobi, amplitude_excess, jacobi
+
+__all__ = ["LARGEST_ALPHA", "LARGEST_GAMMA", "Ends", "Profile", "drive", "ends", "liapunov", "profile"]
+
+Array = NDArray[np.float64]
+
+LARGEST_GAMMA = 1e5
+"""Thrust up to which closed forms are given: exp(2 sqrt(gamma)) must be a double."""
+
+LARGEST_ALPHA = 1e6
+"""Clamp curvature up to which closed forms are given; beyond it the tip's angle has lost ten digits."""
+
+FLOOR = 2.0**-332
+"""Clamp curvature below which the rod is linear in alpha to the last bit, far from where alpha^2 leaves the doubles."""
+
+BLOCK = 8192
+"""Points computed at a time: their arrays stay in the processor's cache."""
+
+SPLIT = 134217729.0
+"""2^27 + 1: cuts a double into two halves whose products are exact (Dekker)."""
+
+LINEAR = 0.25
+"""Parameter of a rotating rod up to which phi - alpha s is summed as a series instead of subtracted."""
+
+GENTLE_GAMMA, GENTLE_ALPHA = 1.0, 4.0
+"""Below both, gamma int s sin phi is a quadrature: its closed form subtracts nearly equal numbers."""
+
+PLACES, WEIGHTS = 0.5 + 0.5 * np.polynomial.legendre.leggauss(14)[0], 0.5 * np.polynomial.legendre.leggauss(14)[1]
+
+
+class Profile(NamedTuple):
+    """An equilibrium along the rod; arrays of the broadcast shape of (gamma, alpha, s).
+
+    Attributes
+    ----------
+    phi : ndarray
+        Tangent angle.
+    slope : ndarray
+        Its slope, the curvature phi'.
+    theta0, theta0_slope : ndarray
+        Derivative of phi and of phi' in alpha: the kernel of the linearisation.
+    x, y : ndarray
+        Centre line, int_0^s cos phi and int_0^s sin phi.
+    """
+
+    phi: Array
+    slope: Array
+    theta0: Array
+    theta0_slope: Array
+    x: Array
+    y: Array
+
+
+class Ends(NamedTuple):
+    """An equilibrium at the free end s = 1; arrays of the broadcast shape of (gamma, alpha).
+
+    Attributes
+    ----------
+    phi : ndarray
+        Tangent angle phi(1).
+    mu_nat : ndarray
+        Natural curvature phi'(1): the end bears no couple.
+    theta0, theta0_slope : ndarray
+        Derivatives of phi(1) and of mu_nat in alpha; folds are the zeros of the second.
+    x, y : ndarray
+        Place of the free end.
+    arm : ndarray
+        phi(1) - phi'(1) = gamma int_0^1 s sin phi, to its own relative accuracy.
+    """
+
+    phi: Array
+    mu_nat: Array
+    theta0: Array
+    theta0_slope: Array
+    x: Array
+    y: Array
+    arm: Array
+
+
+class _Orbit(NamedTuple):
+    """What does not depend on s: thrust, |alpha| (not below FLOOR), and the elliptic parameter."""
+
+    gamma: Array
+    alpha: Array
+    librating: NDArray[np.bool_]
+    rate: Array
+    m: Array
+    m1: Array
+
+
+def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike) -> Profile:
+    """Return the equilibrium with clamp curvature alpha under thrust gamma at the places s.
+
+    Librating, u = sqrt(gamma) s, k = alpha / (2 sqrt(gamma))::
+
+        phi = 2 atan2(k sn, dn)     phi' = alpha cn      theta0 = (sd - m cn Q) / sqrt(gamma)
+
+    rotating, u = alpha s / 2, m = 4 gamma / alpha^2::
+
+        phi = 2 am                  phi' = alpha dn      theta0 = (2 / alpha) dn (u + m Q)
+
+    with Q = int_0^u sd^2 (design, claim 5). Odd in alpha to the last bit.
+
+    Parameters
+    ----------
+    gamma : array_like
+        Thrust in [0, 1e5], dimensionless.
+    alpha : array_like
+        Clamp curvature phi'(0), |alpha| <= 1e6, dimensionless.
+    s : array_like
+        Arc length in [0, 1]. The three broadcast.
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    ArgumentError
+        Where an argument is not finite or outside its range.
+    """
+    where = _floats(s, "s")
+    if where.size and not (np.min(where) >= 0.0 and np.max(where) <= 1.0):
+        raise ArgumentError("must lie on the rod, in [0, 1]", where="s", value=s)
+    g, a = _checked(gamma, alpha)
+    return Profile(*_blocked(_profile, g, a, where))
+
+
+def ends(gamma: ArrayLike, alpha: ArrayLike) -> Ends:
+    """Return what `profile` gives at the free end, and phi(1) - phi'(1) without cancellation.
+
+    Parameters
+    ----------
+    gamma, alpha : array_like
+        Thrust and clamp curvature as for `profile`; they broadcast.
+
+    Returns
+    -------
+    Ends
+
+    Raises
+    ------
+    ArgumentError
+        Where an argument is not finite or outside its range.
+    """
+    return Ends(*_blocked(_ends, *_checked(gamma, alpha)))
+
+
+def drive(end: Ends, laws: Laws) -> Array:
+    """Return the driving force on the natural curvature, D = phi(1) - phi'(1) - kappa'(phi'(1)).
+
+    Parameters
+    ----------
+    end : Ends
+        Equilibria at the free end.
+    laws : Laws
+        Dimensionless laws; only the preference energy kappa enters.
+
+    Returns
+    -------
+    ndarray
+    """
+    return np.asarray(end.arm - laws.preference.slope(end.mu_nat))
+
+
+def liapunov(end: Ends, gamma: ArrayLike, alpha: ArrayLike, laws: Laws | None) -> Array:
+    """Return the Liapunov function V = 1/2 int (phi' - mu_nat)^2 + kappa(mu_nat) + gamma int cos phi.
+
+    By the first integral phi'^2 / 2 - gamma cos phi = alpha^2 / 2 - gamma it is
+    gamma (2 x - cos phi(1)) - mu_nat arm + kappa(mu_nat), whose terms vanish with gamma as V - kappa does.
+
+    Parameters
+    ----------
+    end : Ends
+        Equilibria at the free end.
+    gamma, alpha : array_like
+        Their thrusts and clamp curvatures.
+    laws : Laws or None
+        Dimensionless laws; only the preference energy kappa enters. None leaves it out.
+
+    Returns
+    -------
+    ndarray
+    """
+    g, _ = np.broadcast_arrays(np.asarray(gamma, dtype=float), np.asarray(alpha, dtype=float))
+    bare = g * (2.0 * end.x - np.cos(end.phi)) - end.mu_nat * end.arm
+    return np.asarray(bare if laws is None else bare + laws.preference.value(end.mu_nat))
+
+
+def _checked(gamma: ArrayLike, alpha: ArrayLike) -> tuple[Array, Array]:
+    g, a = _floats(gamma, "gamma"), _floats(alpha, "alpha")
+    if g.size and np.min(g) < 0.0:
+        raise ArgumentError(
+            "must not be negative: tension is not treated",
+            where="gamma",
+            value=gamma,
+            next_step="A thrust is positive where it pushes toward the clamp.",
+        )
+    if g.size and not np.max(g) <= LARGEST_GAMMA:
+        raise ArgumentError(f"must lie in [0, {LARGEST_GAMMA:g}]", where="gamma", value=gamma)
+    if a.size and not np.max(np.abs(a)) <= LARGEST_ALPHA:
+        raise ArgumentError(f"must lie in [{-LARGEST_ALPHA:g}, {LARGEST_ALPHA:g}]", where="alpha", value=alpha)
+    return g, a
+
+
+def _floats(value: ArrayLike, where: str) -> Array:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentError("must be a number, or an array of numbers", where=where, value=value) from None
+
+
+def _blocked(compute: Callable[..., tuple[Array, ...]], *arguments: Array) -> tuple[Array, ...]:
+    """Apply a function of flat arrays to arrays that broadcast, a block of points at a time."""
+    broadcast = np.broadcast_arrays(*arguments)
+    shape, flat = broadcast[0].shape, [np.ravel(each) for each in broadcast]
+    cuts = range(0, max(flat[0].size, 1), BLOCK)
+    with np.errstate(under="ignore"):
+        parts = [compute(*(each[i : i + BLOCK] for each in flat)) for i in cuts]
+    return tuple(np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True))
+
+
+def _profile(gamma: Array, alpha: Array, s: Array) -> tuple[Array, ...]:
+    orbit, odd = _orbit(gamma, alpha)
+    phi, slope, theta0, theta0_slope, x, y, _ = _at(orbit, s)
+    return odd * phi, odd * slope, theta0, theta0_slope, x, odd * y
+
+
+def _ends(gamma: Array, alpha: Array) -> tuple[Array, ...]:
+    orbit, odd = _orbit(gamma, alpha)
+    phi, slope, theta0, theta0_slope, x, y, arm = _at(orbit, np.ones_like(gamma), arm=True)
+    return odd * phi, odd * slope, theta0, theta0_slope, x, odd * y, odd * arm
+
+
+def _orbit(gamma: Array, alpha: Array) -> tuple[_Orbit, Array]:
+    """The elliptic parameter of each orbit, and the factor of what is odd in alpha."""
+    size = np.maximum(np.abs(alpha), FLOOR)
+    square, four = size * size, 4.0 * gamma
+    difference = _difference(four, size, square)
+    librating = difference >= 0.0
+    largest = np.where(librating, four, square)
+    rate = np.where(librating, np.sqrt(gamma), 0.5 * size)
+    m = np.where(librating, square, four) / largest
+    return _Orbit(gamma, size, librating, rate, m, np.abs(difference) / largest), alpha / size
+
+
+def _difference(four: Array, size: Array, square: Array) -> Array:
+    """4 gamma - alpha^2 to its own relative accuracy, by Dekker's product."""
+    high = SPLIT * size
+    high = high - (high - size)
+    low = size - high
+    error = ((high * high - square) + 2.0 * high * low) + low * low
+    return (four - square) - error
+
+
+def _at(orbit: _Orbit, s: Array, *, arm: bool = False) -> tuple[Array, ...]:
+    """Everything at s for alpha > 0; the arm too (at s = 1), or nothing in its place."""
+    gamma, alpha, librating, rate, m, m1 = orbit
+    u = rate * s
+    f = jacobi(u, m, m1)
+    phi = _angle(orbit, f)
+    slope = alpha * np.where(librating, f.cn, f.dn)
+    nd_square = u + m * f.sd_square
+    theta0 = np.where(librating, f.sn / f.dn - m * f.cn * f.sd_square, f.dn * nd_square) / rate
+    twist = m * f.sn * np.where(librating, f.dn * f.sd_square, -f.cn * nd_square)
+    theta0_slope = np.where(librating, f.cn, 1.0 / f.dn) + twist
+    along = f.cosine / rate
+    x = np.where(librating, m1 * s + m * along, along)
+    y = _across(orbit, f)
+    lever = _arm(orbit, u, phi, slope, y) if arm else phi
+    return phi, slope, theta0, theta0_slope, x, y, lever
+
+
+def _angle(orbit: _Orbit, f: Jacobi) -> Array:
+    sign = np.where(f.half_turns % 2.0 == 0.0, 2.0, -2.0)
+    across = np.where(orbit.librating, np.sqrt(orbit.m) * f.sn, sign * f.sn)
+    along = np.where(orbit.librating, f.dn, sign * f.cn)
+    turns = np.where(orbit.librating, 0.0, f.half_turns)
+    return 2.0 * (np.arctan2(across, along) + np.pi * turns)
+
+
+def _across(orbit: _Orbit, f: Jacobi) -> Array:
+    """Int_0^s sin phi: alpha (1 - cn) / gamma librating, (4 / alpha) sn^2 / (1 + dn) rotating."""
+    first = np.where(orbit.librating, np.abs(f.cn), f.dn)
+    versine = f.sn * f.sn / (1.0 + first)
+    versine = np.where(orbit.librating & (f.cn < 0.0), 1.0 + first, versine)
+    return versine * orbit.alpha / (orbit.rate * orbit.rate)
+
+
+def _arm(orbit: _Orbit, u: Array, phi: Array, slope: Array, y: Array) -> Array:
+    """phi(1) - phi'(1) without the difference where that would lose digits."""
+    arm = phi - slope
+    gentle = (orbit.gamma < GENTLE_GAMMA) & (orbit.alpha < GENTLE_ALPHA)
+    linear = ~orbit.librating & (orbit.m <= LINEAR) & ~gentle
+    if linear.any():
+        excess = amplitude_excess(u[linear], orbit.m[linear], orbit.m1[linear])
+        arm[linear] = 2.0 * excess + orbit.gamma[linear] * y[linear]
+    if gentle.any():
+        some = _Orbit(*(each[gentle, None] for each in orbit))
+        shape = (some.rate.size, PLACES.size)
+        flat = _Orbit(*(np.broadcast_to(each, shape).ravel() for each in some))
+        f = jacobi(flat.rate * np.tile(PLACES, shape[0]), flat.m, flat.m1)
+        arm[gentle] = orbit.gamma[gentle] * (np.sin(_angle(flat, f)).reshape(shape) @ (WEIGHTS * PLACES))
+    return arm
