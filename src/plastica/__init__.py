@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from plastica._version import __version__
 
 if TYPE_CHECKING:
+    from plastica.equilibria.equilibrium import Equilibrium, equilibrium
     from plastica.material import catalogue
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from plastica.show.report import report
 
 _HOMES = {
+    "Equilibrium": "plastica.equilibria.equilibrium",
     "Grid": "plastica.numerics.grid",
     "Ledger": "plastica.physics.ledger",
     "Load": "plastica.physics.load",
@@ -38,6 +40,7 @@ _HOMES = {
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
     "Verdict": "plastica.material.admissibility",
+    "equilibrium": "plastica.equilibria.equilibrium",
     "film": "plastica.show.film",
     "piecewise": "plastica.physics.initial",
     "plot": "plastica.show.plots",
@@ -48,6 +51,7 @@ _HOMES = {
 _MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
 
 __all__ = [
+    "Equilibrium",
     "Grid",
     "Ledger",
     "Load",
@@ -60,6 +64,7 @@ __all__ = [
     "Verdict",
     "__version__",
     "catalogue",
+    "equilibrium",
     "film",
     "piecewise",
     "plot",

@@ -280,7 +280,7 @@ def _difference(four: Array, size: Array, square: Array) -> Array:
 
 def _at(orbit: _Orbit, s: Array, *, arm: bool = False) -> tuple[Array, ...]:
     """Everything at s for alpha > 0; the arm too (at s = 1), or nothing in its place."""
-    gamma, alpha, librating, rate, m, m1 = orbit
+    _, alpha, librating, rate, m, m1 = orbit
     u = rate * s
     f = jacobi(u, m, m1)
     phi = _angle(orbit, f)
@@ -321,9 +321,8 @@ def _arm(orbit: _Orbit, u: Array, phi: Array, slope: Array, y: Array) -> Array:
         excess = amplitude_excess(u[linear], orbit.m[linear], orbit.m1[linear])
         arm[linear] = 2.0 * excess + orbit.gamma[linear] * y[linear]
     if gentle.any():
-        some = _Orbit(*(each[gentle, None] for each in orbit))
-        shape = (some.rate.size, PLACES.size)
-        flat = _Orbit(*(np.broadcast_to(each, shape).ravel() for each in some))
-        f = jacobi(flat.rate * np.tile(PLACES, shape[0]), flat.m, flat.m1)
-        arm[gentle] = orbit.gamma[gentle] * (np.sin(_angle(flat, f)).reshape(shape) @ (WEIGHTS * PLACES))
+        gamma, alpha, librating, rate, m, m1 = (np.repeat(each[gentle], PLACES.size) for each in orbit)
+        flat = _Orbit(gamma, alpha, librating.astype(bool), rate, m, m1)
+        sine = np.sin(_angle(flat, jacobi(rate * np.tile(PLACES, gentle.sum()), m, m1)))
+        arm[gentle] = orbit.gamma[gentle] * (sine.reshape(-1, PLACES.size) @ (WEIGHTS * PLACES))
     return arm
