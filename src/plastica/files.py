@@ -78,7 +78,9 @@ def read_bytes(path: str | Path, *, limit: int) -> bytes:
     source = Path(path)
     try:
         if not source.is_file():
-            what = "is a folder, not a file" if source.is_dir() else "does not exist"
+            what = "does not exist"
+            if source.exists():
+                what = "is a folder, not a file" if source.is_dir() else "is not a regular file"
             raise FileError(what, where=str(source), next_step="Check the path.")
         size = source.stat().st_size
         if size > limit:
