@@ -38,7 +38,7 @@ LARGEST_ALPHA = 1e6
 FLOOR = 2.0**-332
 """Clamp curvature below which the rod is linear in alpha to the last bit, far from where alpha^2 leaves the doubles."""
 
-BLOCK = 8192
+BLOCK = 4096
 """Points computed at a time: their arrays stay in the processor's cache."""
 
 SPLIT = 134217729.0
@@ -321,8 +321,8 @@ def _arm(orbit: _Orbit, u: Array, phi: Array, slope: Array, y: Array) -> Array:
         excess = amplitude_excess(u[linear], orbit.m[linear], orbit.m1[linear])
         arm[linear] = 2.0 * excess + orbit.gamma[linear] * y[linear]
     if gentle.any():
-        gamma, alpha, librating, rate, m, m1 = (np.repeat(each[gentle], PLACES.size) for each in orbit)
-        flat = _Orbit(gamma, alpha, librating.astype(bool), rate, m, m1)
-        sine = np.sin(_angle(flat, jacobi(rate * np.tile(PLACES, gentle.sum()), m, m1)))
+        flat, _ = _orbit(*(np.repeat(each[gentle], PLACES.size) for each in (orbit.gamma, orbit.alpha)))
+        f = jacobi(flat.rate * np.tile(PLACES, int(gentle.sum())), flat.m, flat.m1)
+        sine = np.sin(_angle(flat, f))
         arm[gentle] = orbit.gamma[gentle] * (sine.reshape(-1, PLACES.size) @ (WEIGHTS * PLACES))
     return arm
