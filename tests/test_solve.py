@@ -182,6 +182,9 @@ def test_failure_keeps_what_was_computed() -> None:
     assert sol.status.code == "step_limit"
     assert 0.0 < sol.history.end < 100.0
     assert sol.dataset.sizes["t"] == 51
+    switching = pl.solve(pl.Strut(pair("A"), pl.Load(thrust=1.0)), "1.2*cos(2*s) + 0.4", 0.2, until=10.0, max_steps=150)
+    assert switching.counts.restarts >= 1
+    assert switching.counts.steps == 150
     runaway = pl.Material("-m**4", "c*pos(x)**2", "h", {"c": 100.0, "h": 0.01})
     lost = pl.solve(pl.Strut(runaway, pl.Load(thrust=1.0)), 2.0, 0.5, until=100.0)
     assert lost.status.code in ("solver_failed", "not_finite")

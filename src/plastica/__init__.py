@@ -10,9 +10,12 @@ from plastica._version import __version__
 
 if TYPE_CHECKING:
     from plastica.equilibria.equilibrium import Equilibrium, equilibrium
+    from plastica.equilibria.limits import Limit, predict_limit
+    from plastica.equilibria.rest import Rest, rest
     from plastica.material import catalogue
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
+    from plastica.motion.longtime import omega_limit, time_one_map
     from plastica.motion.solution import Solution
     from plastica.motion.solve import solve
     from plastica.motion.status import Status
@@ -27,13 +30,16 @@ if TYPE_CHECKING:
     from plastica.show.film import film
     from plastica.show.plots import plot
     from plastica.show.report import report
+    from plastica.study.measured import measured_shape
 
 _HOMES = {
     "Equilibrium": "plastica.equilibria.equilibrium",
     "Grid": "plastica.numerics.grid",
     "Ledger": "plastica.physics.ledger",
+    "Limit": "plastica.equilibria.limits",
     "Load": "plastica.physics.load",
     "Material": "plastica.material.material",
+    "Rest": "plastica.equilibria.rest",
     "Shape": "plastica.physics.initial",
     "Solution": "plastica.motion.solution",
     "Specimen": "plastica.physics.scales",
@@ -42,11 +48,16 @@ _HOMES = {
     "Verdict": "plastica.material.admissibility",
     "equilibrium": "plastica.equilibria.equilibrium",
     "film": "plastica.show.film",
+    "measured_shape": "plastica.study.measured",
+    "omega_limit": "plastica.motion.longtime",
     "piecewise": "plastica.physics.initial",
     "plot": "plastica.show.plots",
+    "predict_limit": "plastica.equilibria.limits",
     "read": "plastica.motion.store",
     "report": "plastica.show.report",
+    "rest": "plastica.equilibria.rest",
     "solve": "plastica.motion.solve",
+    "time_one_map": "plastica.motion.longtime",
 }
 _MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
 
@@ -54,8 +65,10 @@ __all__ = [
     "Equilibrium",
     "Grid",
     "Ledger",
+    "Limit",
     "Load",
     "Material",
+    "Rest",
     "Shape",
     "Solution",
     "Specimen",
@@ -66,12 +79,17 @@ __all__ = [
     "catalogue",
     "equilibrium",
     "film",
+    "measured_shape",
+    "omega_limit",
     "piecewise",
     "plot",
+    "predict_limit",
     "programs",
     "read",
     "report",
+    "rest",
     "solve",
+    "time_one_map",
 ]
 
 

@@ -34,12 +34,13 @@ Ending = Literal["landed", "switched", "full", "stopped", "solver_failed", "not_
 
 @dataclass(frozen=True)
 class Options:
-    """How to integrate: method, tolerances (atol per component), steps in a leg, longest step."""
+    """How to integrate: method, tolerances (atol per component), steps in a leg and in all, longest step."""
 
     method: str
     rtol: float
     atol: Array
     leg_steps: int = 2000
+    most_steps: int = 200_000
     longest_step: float = np.inf
 
 
@@ -80,6 +81,7 @@ def integrate(
     options: Options,
     *,
     moving: bool | None = None,
+    taken: int = 0,
     stop: Stop | None = None,
 ) -> Iterator[Leg]:
     """Advance the state through `times`, yielding leg after leg.
@@ -97,6 +99,8 @@ def integrate(
     moving : bool, optional
         Whether the natural curvature moves at the start; None looks at the state. A run taken up again passes the
         former leg's `moving_next`.
+    taken : int
+        Steps taken before; the run ends where they reach `options.most_steps`.
     stop : callable, optional
         Called at the start of every leg and after every step with (t, y, kernel); a true value ends the run.
 
@@ -114,8 +118,11 @@ def integrate(
             if stop is not None and stop(t, y, kern):
                 yield Leg(History.at_rest(t, y), "stopped", moving, moving, "", 1, 0)
                 return
-            leg = _leg(kern, t, y, end, options, moving, stop)
+            if taken >= options.most_steps:
+                return
+            leg = _leg(kern, t, y, end, options, moving, options.most_steps - taken, stop)
             yield leg
+            taken += leg.history.steps
             t, y, moving = leg.history.end, leg.history.y[-1], leg.moving_next
             if leg.ending not in ("landed", "switched", "full"):
                 return
@@ -183,7 +190,9 @@ class _Recorder:
         return np.asarray(powers @ np.stack([dense.yh for dense in denses]).transpose(0, 2, 1))
 
 
-def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving: bool, stop: Stop | None) -> Leg:
+def _leg(
+    kern: Kernel, t: float, y: Array, end: float, options: Options, moving: bool, allowed: int, stop: Stop | None
+) -> Leg:
     started_moving = moving
     record = _Recorder(t, y, options.method)
     ending: Ending = "full"
@@ -191,7 +200,7 @@ def _leg(kern: Kernel, t: float, y: Array, end: float, options: Options, moving:
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
         warnings.simplefilter("always")
         solver = _solver(kern, t, y, end, options)
-        while len(record.steps) < options.leg_steps:
+        while len(record.steps) < min(options.leg_steps, allowed):
             message = solver.step() or ""
             if solver.status == "failed":
                 ending = "solver_failed"

@@ -56,7 +56,7 @@ class Outcome:
     sentence : str
         The verdict in one sentence with numbers.
     distance : str
-        How far the last state is from where it will end, as far as the last state alone can tell.
+        How far the last state is from where it will end, and where that is as far as it can be told.
     set_curvature : float
         Change of the natural curvature, in the user's units.
     set_deflection : float
@@ -110,7 +110,7 @@ def outcome(solution: Solution) -> Outcome:
         excess <= 0.0,
         headline,
         _sentence(solution, headline, memory, numbers),
-        _distance(solution, excess, numbers),
+        _distance(solution, excess, numbers) + _end(solution),
         **numbers,
     )
 
@@ -192,6 +192,16 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     return (
         f"The drive is still above its threshold, by {amount} ({share}): the natural curvature goes on moving. {rates}"
     )
+
+
+def _end(solution: Solution) -> str:
+    """Where it will end, and how far it is from there."""
+    limit = solution.limit
+    if limit is None:
+        return ""
+    if limit.distance is None:
+        return f" {limit.sentence}"
+    return f" {limit.sentence} The last state is {limit.distance:.1e} away from there, in 1/L."
 
 
 def provenance(solution: Solution) -> dict[str, str | int | float]:

@@ -29,6 +29,9 @@ __all__ = [
     "Plan",
     "Problem",
     "Until",
+    "check_max_steps",
+    "check_method",
+    "check_rtol",
     "landing_points",
     "longest_step",
     "make_plan",
@@ -67,6 +70,24 @@ class Problem:
     notes: tuple[str, ...]
 
 
+def check_rtol(rtol: object) -> None:
+    """Refuse a relative tolerance that no method here can keep, or that means nothing."""
+    if isinstance(rtol, bool) or not (isinstance(rtol, (int, float)) and 1e-13 <= rtol <= 1e-2):
+        raise ArgumentError("must lie in [1e-13, 1e-2]", where="rtol", value=rtol)
+
+
+def check_method(method: object) -> None:
+    """Refuse a method that is not offered."""
+    if method not in ("auto", *METHODS):
+        raise ArgumentError(f"must be one of auto, {', '.join(METHODS)}", where="method", value=method)
+
+
+def check_max_steps(max_steps: object) -> None:
+    """Refuse a number of steps that is none."""
+    if isinstance(max_steps, bool) or not isinstance(max_steps, int) or max_steps < 1:
+        raise ArgumentError("must be a positive integer", where="max_steps", value=max_steps)
+
+
 def make_plan(
     model: Strut,
     until: Until,
@@ -83,12 +104,9 @@ def make_plan(
     ArgumentError
         Where one of them cannot be used.
     """
-    if not (isinstance(rtol, (int, float)) and 1e-13 <= rtol <= 1e-2):
-        raise ArgumentError("must lie in [1e-13, 1e-2]", where="rtol", value=rtol)
-    if method not in ("auto", *METHODS):
-        raise ArgumentError(f"must be one of auto, {', '.join(METHODS)}", where="method", value=method)
-    if isinstance(max_steps, bool) or not isinstance(max_steps, int) or max_steps < 1:
-        raise ArgumentError("must be a positive integer", where="max_steps", value=max_steps)
+    check_rtol(rtol)
+    check_method(method)
+    check_max_steps(max_steps)
     t0 = 0.0 if start is None else start.history.end * start.model.scales.time / model.scales.time
     settle = until == "equilibrium"
     end = _settling_end(model, t0) if settle else _end(until, model, t0)

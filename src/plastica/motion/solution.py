@@ -20,6 +20,7 @@ from plastica.physics.strut import Strut
 if TYPE_CHECKING:
     import xarray
 
+    from plastica.equilibria.limits import Limit
     from plastica.motion.outcome import Outcome
 
 __all__ = ["Solution"]
@@ -79,10 +80,12 @@ class Solution:
         """The grid that was used."""
         return self.model.grid
 
-    @property
-    def limit(self) -> None:
-        """Where the motion ends; not predicted yet, so None. `outcome` says how far the last state is from rest."""
-        return
+    @cached_property
+    def limit(self) -> Limit | None:
+        """Where the motion ends; None where the theory does not apply: loads that vary on, or others than a thrust."""
+        from plastica.motion.longtime import limit_of
+
+        return limit_of(self)
 
     @cached_property
     def t(self) -> Array:

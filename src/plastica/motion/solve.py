@@ -184,7 +184,8 @@ def _run(
         plan.method,
         max(STEP_SHARE * plan.rtol, SMALLEST_RTOL),
         STEP_SHARE * problem.atol,
-        leg_steps=min(LEG_STEPS, plan.max_steps),
+        leg_steps=LEG_STEPS,
+        most_steps=plan.max_steps,
         longest_step=longest_step(strut, plan),
     )
     t, y, moving = plan.t0, problem.y0, None
@@ -195,7 +196,9 @@ def _run(
     fresh: Iterator[Leg] = iter(())
     if t < plan.end and steps < plan.max_steps and (not legs or legs[-1].ending in ("landed", "switched", "full")):
         landing = (t, *(knot for knot in landing_points(strut, plan.end) if t < knot < plan.end), plan.end)
-        fresh = integrate(strut, y, landing, options, moving=moving, stop=_stop(problem, plan, legs, give_up))
+        fresh = integrate(
+            strut, y, landing, options, moving=moving, taken=steps, stop=_stop(problem, plan, legs, give_up)
+        )
     said = began
     for leg in fresh:
         legs.append(leg)
@@ -208,8 +211,6 @@ def _run(
             scale = strut.scales.time
             until = None if plan.settle else plan.end * scale
             progress(Progress(leg.history.end * scale, until, steps, leg.moving_next, now - began))
-        if steps >= plan.max_steps:
-            break
     if checkpoint is not None:
         checkpoint.flush()
     return _solution(problem, plan, legs, clock.perf_counter() - began)

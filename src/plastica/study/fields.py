@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Final
 
-from pydantic import BeforeValidator, PlainValidator, ValidationInfo
+from pydantic import AfterValidator, BeforeValidator, PlainValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from plastica.errors import ArgumentError, shown
@@ -42,6 +42,7 @@ __all__ = [
     "Word",
     "Words",
     "check_formula",
+    "checked",
     "given",
 ]
 
@@ -69,6 +70,19 @@ def given(value: object) -> str:
 
 def _wrong(why: str) -> PydanticCustomError:
     return PydanticCustomError("plastica", "{why}", {"why": why})
+
+
+def checked(check: Callable[[Any], None]) -> AfterValidator:
+    """Let a check of the package itself judge a value, in its own words."""
+
+    def judge(value: Any) -> Any:
+        try:
+            check(value)
+        except ArgumentError as error:
+            raise _wrong(str(error).removeprefix(f"`{error.where}` ")) from None
+        return value
+
+    return AfterValidator(judge)
 
 
 def _need_unit(value: object, unit: str) -> PydanticCustomError:

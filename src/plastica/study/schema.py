@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Any, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
+from plastica.motion.plan import check_max_steps, check_method, check_rtol
 from plastica.study import fields
 from plastica.study.problems import Problems
 from plastica.study.tokens import KeyPath
@@ -113,11 +114,11 @@ class Solve(Section):
     """How far, how accurately, and what to report."""
 
     until: fields.Until
-    rtol: fields.Number = 1e-8
+    rtol: Annotated[fields.Number, fields.checked(check_rtol)] = 1e-8
     atol: fields.Curvature | None = None
-    method: fields.Word = "auto"
+    method: Annotated[fields.Word, fields.checked(check_method)] = "auto"
     times: Any = None
-    max_steps: fields.Whole | None = None
+    max_steps: Annotated[fields.Whole, fields.checked(check_max_steps)] | None = None
 
 
 class Output(Section):

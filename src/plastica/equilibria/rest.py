@@ -1,0 +1,210 @@
+"""The static shape of a rod whose natural curvature is frozen, under any dead loads, without stepping in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError
+from plastica.numerics.grid import Grid
+from plastica.physics.initial import Curvature, initial_natural_curvature, initial_shape, nodal_values
+from plastica.physics.kernel import LEDGER, kernel
+from plastica.physics.ledger import liapunov
+from plastica.physics.strut import Strut
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Rest", "rest", "settle"]
+
+Array = NDArray[np.float64]
+
+MOST_STEPS = 500
+CONVERGED = 1e-13
+"""Residual, relative to the largest curvature or one, at which the rod is at rest to rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A static shape at frozen natural curvature.
+
+    Attributes
+    ----------
+    model : Strut
+        The rod on the grid that was used.
+    mu : ndarray, shape (n,)
+        Dimensionless curvature at the nodes.
+    mu_nat : float
+        Dimensionless natural curvature.
+    converged : bool
+        Whether the equations are satisfied to rounding.
+    residual : float
+        Largest |M - (mu - mu_nat)| left, dimensionless.
+    unstable : int
+        Number of unstable directions at frozen natural curvature; 0 for a stable shape.
+    sentence : str
+        The same in words.
+    """
+
+    model: Strut
+    mu: Array
+    mu_nat: float
+    converged: bool
+    residual: float
+    unstable: int
+    sentence: str
+
+    @property
+    def stable(self) -> bool:
+        """Whether no direction is unstable at frozen natural curvature."""
+        return self.unstable == 0
+
+    @property
+    def tip(self) -> tuple[float, float]:
+        """Place of the free end, in the user's units."""
+        theta, w = self.model.angle(self.mu), self.model.grid.w
+        length = self.model.scales.length
+        return float(np.cos(theta) @ w) * length, float(np.sin(theta) @ w) * length
+
+    @property
+    def drive(self) -> float:
+        """Driving force on the natural curvature, in the user's units."""
+        return float(self.model.drive(self.mu, self.mu_nat)) * self.model.scales.drive
+
+    @property
+    def threshold(self) -> float:
+        """Threshold of the drive, in the user's units: the whole rod is in equilibrium while the drive is within it."""
+        return float(self.model.threshold(self.mu_nat)) * self.model.scales.drive
+
+    def at(self, s: ArrayLike) -> Any:
+        """Return the curvature at arc lengths s, in the user's units; a scalar gives a scalar."""
+        places = np.asarray(s, dtype=float) / self.model.scales.length
+        values = self.model.curvature_between([0.0], self.mu[None, :], np.ravel(places))[0]
+        found = values.reshape(places.shape) * self.model.scales.curvature
+        return float(found) if places.shape == () else found
+
+    def to_dataset(self) -> xarray.Dataset:
+        """Return shape and numbers as labelled arrays in the user's units."""
+        import xarray
+
+        grid, scales = self.model.grid, self.model.scales
+        theta = self.model.angle(self.mu)
+        fields = {
+            "curvature": (self.mu * scales.curvature, "curvature of the centre line"),
+            "angle": (theta, "tangent angle of the centre line"),
+            "x": (grid.A @ np.cos(theta) * scales.length, "centre line, along the clamp's tangent"),
+            "y": (grid.A @ np.sin(theta) * scales.length, "centre line, across the clamp's tangent"),
+        }
+        data = {name: ("s", values, {"long_name": words}) for name, (values, words) in fields.items()}
+        attributes = {
+            "natural_curvature": self.mu_nat * scales.curvature,
+            "tip_x": self.tip[0],
+            "tip_y": self.tip[1],
+            "drive": self.drive,
+            "threshold": self.threshold,
+            "unstable": self.unstable,
+            "converged": int(self.converged),
+        }
+        return xarray.Dataset(data, coords={"s": grid.s * scales.length}, attrs=attributes)
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def rest(model: Strut, curvature: Curvature = 0.0, natural_curvature: float | str = 0.0) -> Rest:
+    """Find the static shape that a rod with this natural curvature comes to from this shape.
+
+    Solves mu = mu_nat + M(mu), M from the balance of moments, under the dead loads at time 0 and with the natural
+    curvature held; any dead load is allowed, the end couple among them.
+
+    Parameters
+    ----------
+    model : Strut
+        The rod and its loads, which must be constant. ``Grid(nodes="auto")`` becomes 48 nodes.
+    curvature : number, text in s, function, Shape or nodal values
+        Where to start from, as in `solve`: of several static shapes, the one downhill from here.
+    natural_curvature : number, or text with a unit
+        The natural curvature that is held.
+
+    Returns
+    -------
+    Rest
+        With `converged` false, and a sentence, where no static shape was found.
+
+    Raises
+    ------
+    ArgumentError
+        Where the data cannot be used, or the loads vary.
+
+    Notes
+    -----
+    The steps are those of the implicit Euler method with a step that grows as fast as the energy and the growth rates
+    allow: at first they follow the flow downhill, at the end they are Newton's.
+    """
+    if not isinstance(model, Strut):
+        raise ArgumentError("must be a pl.Strut", where="model", value=model)
+    if not model.load.is_constant:
+        raise ArgumentError("must be constant for a static shape", where="load", value=model.load)
+    if model.grid.nodes == "auto":
+        model = model.with_grid(Grid(48, model.grid.breaks))
+    si = model.specimen is not None
+    shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
+    strut = model if grid is model.grid else model.with_grid(grid)
+    mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si)
+    return settle(strut, nodal_values(shape, grid), mu_nat)
+
+
+def settle(strut: Strut, mu: Array, mu_nat: float) -> Rest:
+    """Find the static shape downhill from a dimensionless state; see `rest`."""
+    n = strut.grid.size
+    kern = kernel(strut, 0.0, 1.0)
+    y = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
+    identity = np.eye(n)
+    step = 1.0
+    residual, energy = kern.rate(0.0, y)[:n], float(liapunov(strut, 0.0, y[:n], mu_nat))
+    for _ in range(MOST_STEPS):
+        scale = max(1.0, float(np.abs(y[:n]).max()))
+        if np.abs(residual).max() <= CONVERGED * scale or step < 1e-12:
+            break
+        jacobian = kern.jacobian(0.0, y)[:n, :n]
+        fastest = float(_symmetric_spectrum(jacobian, strut)[-1])
+        if fastest > 0.0:
+            # Beyond 1/rate an implicit step throws what grows to the other side: to another shape than the nearest.
+            step = min(step, 0.5 / fastest)
+        tried = y.copy()
+        tried[:n] += np.linalg.solve(identity / step - jacobian, residual)
+        new_residual = kern.rate(0.0, tried)[:n]
+        new_energy = float(liapunov(strut, 0.0, tried[:n], mu_nat))
+        downhill = new_energy <= energy + 1e-14 * max(1.0, abs(energy))
+        if downhill and np.isfinite(new_residual).all():
+            stalled = step > 1e12 and np.abs(new_residual).max() >= np.abs(residual).max()
+            y, residual, energy, step = tried, new_residual, new_energy, min(4.0 * step, 1e15)
+            if stalled:
+                break
+        else:
+            step *= 0.125
+    return _finished(strut, y[:n], mu_nat, float(np.abs(residual).max()))
+
+
+def _symmetric_spectrum(jacobian: Array, strut: Strut) -> Array:
+    """Growth rates at frozen natural curvature, ascending: the Jacobian is symmetric in the weighted inner product."""
+    root = np.sqrt(strut.grid.w)
+    scaled = root[:, None] * jacobian / root
+    return np.asarray(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
+
+
+def _finished(strut: Strut, mu: Array, mu_nat: float, residual: float) -> Rest:
+    n = strut.grid.size
+    y = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
+    unstable = int((_symmetric_spectrum(kernel(strut, 0.0, 1.0).jacobian(0.0, y)[:n, :n], strut) > 0.0).sum())
+    converged = residual <= 100.0 * CONVERGED * max(1.0, float(np.abs(mu).max()))
+    if not converged:
+        sentence = f"No static shape found: {residual:.1e} of the balance of moments is left."
+    elif unstable:
+        sentence = f"At rest, but unstable in {unstable} direction{'s' if unstable > 1 else ''}."
+    else:
+        sentence = "At rest, and stable as long as the natural curvature is held."
+    return Rest(strut, mu, mu_nat, converged, residual, unstable, sentence)
