@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 NEGLIGIBLE = 4e-9
 """Modulus whose square is below the rounding of one: the elliptic functions are circular there."""
 
+NEAR = 0.5
+"""sn^2 below which cn and dn are formed from sn: near one they say too little of u to be doubled at each step."""
+
 EXCESS_TERMS = 9
 """Of the Fourier series of am; for m <= 1/4 the nome is below 0.0181 and the tenth term 2e-17 of the first."""
 
@@ -55,7 +58,7 @@ def jacobi(u: Array, m: Array, m1: Array) -> Jacobi:
         P  = -k1 u / 2 + k1 (1+k1) P1 / 2 + (1+k1) sn1 cn1 dn1 / (1 + k1 sn1^2)
 
     where P is the integral of cos(2 am), which follows from Gauss's transformation of E. No step subtracts what
-    nearly cancels: 1 - k1 = 2k'/(1+k') is formed from k'. The integral of sd^2 is Carlson's
+    nearly cancels: 1 - k1 = 2k'/(1+k') is formed from k'; where sn^2 < 1/2, cn and dn are formed anew from sn. The integral of sd^2 is Carlson's
     sn^3 R_D(cn^2, 1, dn^2) / 3 on |u| <= K, and multiples of its value at K beyond.
 
     Parameters
@@ -87,26 +90,28 @@ def jacobi(u: Array, m: Array, m1: Array) -> Jacobi:
 
 def _descended(u: Array, m: Array, m1: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Landen's chain: sn, cn, dn, the integral of cos(2 am), pi u / (2 K), and the mean of cos(2 am)."""
-    moduli, arguments = [], []
+    steps = []
     k_squared, kc = m, np.sqrt(m1)
     while True:
-        arguments.append(u)
         half = 0.5 * (1.0 + kc)
-        k = 0.25 * k_squared / (half * half)
-        moduli.append((k, kc / half))
-        u = u * half
+        rise = 0.25 * k_squared / half
+        steps.append((u, k_squared, kc, half, rise))
+        u, k = u * half, rise / half
         if not np.any(k > NEGLIGIBLE):
             break
         k_squared, kc = k * k, np.sqrt(kc) / half
     s, c, d = np.sin(u), np.cos(u), np.ones_like(u)
     cosine, mean = s * c, np.zeros_like(u)
-    for (k, rest), argument in zip(reversed(moduli), reversed(arguments), strict=True):
-        k_square = k * s
-        over = 1.0 / (1.0 + k_square * s)
-        up = 1.0 + k
-        cosine = 0.5 * k * (up * cosine - argument) + up * s * c * d * over
-        mean = 0.5 * k * (mean - 1.0)
-        s, c, d = up * s * over, c * d * over, (rest + k * c * c) * over
+    for argument, k_squared, kc, half, rise in reversed(steps):
+        # With half = 1/(1+k1) and rise = k1/(1+k1) the rounding of half goes as it came, in u and in sn.
+        over = 1.0 / (half + rise * s * s)
+        both, k = s * c * d * over, 0.5 * rise / half
+        cosine, mean = k * (cosine / half - argument) + both, k * (mean - 1.0)
+        s, c, d = s * over, half * c * d * over, (kc + rise * c * c) * over
+        square = np.minimum(s * s, NEAR)
+        near = square < NEAR
+        c = np.where(near, np.copysign(np.sqrt(1.0 - square), c), c)
+        d = np.where(near, np.sqrt(1.0 - k_squared * square), d)
     return s, c, d, cosine, u, mean
 
 
