@@ -1,0 +1,80 @@
+"""Claim: the checks on limits and static shapes catch the defects planted for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plastica.equilibria import limits
+from tests import test_limits, test_rest
+
+Patch = pytest.MonkeyPatch
+
+
+def _changed(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
+    return lambda patch: patch.setattr(limits, name, made(getattr(limits, name)))
+
+
+def _method(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
+    return lambda patch: patch.setattr(limits._State, name, made(getattr(limits._State, name)))
+
+
+def _always(value: float) -> Callable[[Patch], None]:
+    return lambda patch: patch.setattr(limits, "CLEAR", value)
+
+
+def _jacobian_of_a_longer_rod(patch: Patch) -> None:
+    from plastica.equilibria import rest
+
+    sound = rest.kernel
+    patch.setattr(rest, "kernel", lambda strut, start, end: sound(strut.with_load(_heavier(strut)), start, end))
+
+
+def _heavier(strut: Any) -> Any:
+    import plastica as pl
+
+    return pl.Load(thrust=strut.load.thrust(0.0) * (1.0 + 1e-6), transverse=strut.load.transverse)
+
+
+DEFECTS: dict[str, Callable[[Patch], None]] = {
+    "the rate without the threshold's slope": _changed(
+        "_rate", lambda sound: lambda gamma, laws, alpha, side: sound(gamma, laws, alpha, -side)
+    ),
+    "a cube for the square": _changed("_power", lambda sound: lambda laws: (3.0, sound(laws)[1])),
+    "no margin": _always(1e-6),
+    "the other root": _changed(
+        "_first_root", lambda sound: lambda gamma, laws, alpha, side, margin: -sound(gamma, laws, alpha, side, margin)
+    ),
+    "the shape of half the thrust": _method("gamma", lambda sound: property(lambda self: 0.999 * sound.fget(self))),
+    "a thrust a millionth larger": _jacobian_of_a_longer_rod,
+}
+
+TEETH: list[tuple[Callable[[], None], str]] = [
+    (lambda: test_limits.check_tail(5), "a cube for the square"),
+    (
+        lambda: test_limits.check_end(test_limits.run(5).limit, test_limits.reference()[5]),
+        "the rate without the threshold's slope",
+    ),
+    (lambda: [test_limits.check_never_wrong(i) for i in range(21)] and None, "no margin"),
+    (lambda: test_limits.check_never_wrong(3), "the other root"),
+    (lambda: test_limits.check_never_wrong(3), "the shape of half the thrust"),
+    (test_rest.check_buckled, "a thrust a millionth larger"),
+]
+
+
+@pytest.mark.parametrize(("check", "defect"), TEETH, ids=[defect for _, defect in TEETH])
+def test_catches(check: Callable[[], None], defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    check()
+    test_limits.run.cache_clear()
+    DEFECTS[defect](monkeypatch)
+    with pytest.raises(AssertionError):
+        check()
+    test_limits.run.cache_clear()
+
+
+def test_every_defect_has_a_check() -> None:
+    assert {defect for _, defect in TEETH} == set(DEFECTS)
+    assert np.isfinite(limits.CLEAR)
