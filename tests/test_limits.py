@@ -185,3 +185,25 @@ def test_in_si_the_same() -> None:
     assert other is not None
     assert abs(one.equilibrium.alpha - other.equilibrium.alpha) <= 1e-10
     assert abs(one.distance - other.distance) <= 1e-6
+
+
+def check_a_start_not_yet_forgotten(gamma: float, natural: float, amplitude: float, name: str, c: float) -> None:
+    """A start whose natural curvature says one side and whose shape carries it to the other."""
+    strut = pl.Strut(pair(name, c), pl.Load(thrust=gamma), pl.Grid(nodes=20))
+    sol = pl.solve(strut, f"{amplitude}*cos(2*s)", natural, until=300.0, rtol=1e-9)
+    n, end = sol.grid.size, sol.limit
+    assert end is not None
+    assert end.kind == "limiting"
+    for t in (0.0, 0.2, 0.5, 1.0, 2.0, 8.0, 30.0):
+        y = sol.history([t])[0]
+        limit = pl.predict_limit(sol.model, y[:n], float(y[n]))
+        if limit.kind != "undecided":
+            assert abs(limit.equilibrium.alpha - end.equilibrium.alpha) <= 1e-5
+
+
+STARTS = [(2.665, 0.162, -1.377, "A", 0.112), (2.0, 0.05, -1.2, "B", 1.0)]
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_a_start_not_yet_forgotten(start: tuple[float, float, float, str, float]) -> None:
+    check_a_start_not_yet_forgotten(*start)

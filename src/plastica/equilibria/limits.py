@@ -36,8 +36,9 @@ FARTHEST = 200.0
 NEAR_FOLD = 1e-6
 """|theta_0'(1)| below which an equilibrium counts as too near a fold to predict anything from it."""
 
-CLEAR = 3.0
-"""How many times the state's distance from the curve of equilibria a margin must be to count as clear."""
+CLEAR = 2.0
+"""How many times the state's distance from the curve of equilibria a margin must be to count as clear. Of 540 states on
+60 random runs, 1 gave no wrong prediction (332 decided), 0.3 gave 20 wrong ones."""
 
 
 @dataclass(frozen=True)
