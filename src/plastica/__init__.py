@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from plastica.equilibria.equilibrium import Equilibrium, equilibrium
     from plastica.equilibria.limits import Limit, predict_limit
     from plastica.equilibria.rest import Rest, rest
+    from plastica.equilibria.spectrum import Spectrum, spectrum
     from plastica.material import catalogue
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
@@ -43,6 +44,7 @@ _HOMES = {
     "Shape": "plastica.physics.initial",
     "Solution": "plastica.motion.solution",
     "Specimen": "plastica.physics.scales",
+    "Spectrum": "plastica.equilibria.spectrum",
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
     "Verdict": "plastica.material.admissibility",
@@ -57,6 +59,7 @@ _HOMES = {
     "report": "plastica.show.report",
     "rest": "plastica.equilibria.rest",
     "solve": "plastica.motion.solve",
+    "spectrum": "plastica.equilibria.spectrum",
     "time_one_map": "plastica.motion.longtime",
 }
 _MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
@@ -72,6 +75,7 @@ __all__ = [
     "Shape",
     "Solution",
     "Specimen",
+    "Spectrum",
     "Status",
     "Strut",
     "Verdict",
@@ -89,6 +93,7 @@ __all__ = [
     "report",
     "rest",
     "solve",
+    "spectrum",
     "time_one_map",
 ]
 

@@ -21,13 +21,17 @@ HALF = 0.5
 
 
 class Found(NamedTuple):
-    """All eigenvalues of the finer grid, descending, with errors and vectors; `below` picks the lowest, ascending."""
+    """All eigenvalues of the finer grid, descending, with errors and vectors; `below` picks the lowest, ascending.
+
+    `resolved` is whether the two grids agree to rounding where it matters.
+    """
 
     rho: Array
     errors: Array
     vectors: Array
     below: NDArray[np.intp]
     discrete: Discrete
+    resolved: bool
 
 
 def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
@@ -47,7 +51,7 @@ def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
     Found
     """
     size = first_size(gamma, alpha, count + lowest)
-    coarse = np.linalg.eigvalsh(discretise(gamma, alpha, size).K)[::-1]
+    coarse: Array = np.linalg.eigvalsh(discretise(gamma, alpha, size).K)[::-1].astype(float)
     while True:
         discrete = discretise(gamma, alpha, 2 * size)
         rho, vectors = np.linalg.eigh(discrete.K)
@@ -58,10 +62,11 @@ def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
         watched[: max(count, int(np.count_nonzero(rho > HALF)))] = True
         below = np.arange(rho.size - 1, rho.size - 1 - lowest, -1)
         watched[below[rho[below] < -floor[below]]] = True
-        if np.all(difference[watched] <= floor[watched]) or 2 * size > MOST_NODES:
+        resolved = bool(np.all(difference[watched] <= floor[watched]))
+        if resolved or 2 * size > MOST_NODES:
             errors = difference + floor
             real = below[rho[below] < -errors[below]]
-            return Found(rho, errors, _signed(vectors, discrete), real, discrete)
+            return Found(rho, errors, _signed(vectors, discrete), real, discrete, resolved)
         size, coarse = 2 * size, rho
 
 

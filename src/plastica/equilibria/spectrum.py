@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,7 @@ from plastica.equilibria.eigen import eigenvalues
 from plastica.equilibria.elastica import profile
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.equilibria.linear import (
+    EPS,
     Discrete,
     Levels,
     linearisation,
@@ -22,6 +23,7 @@ from plastica.equilibria.linear import (
 )
 from plastica.equilibria.oscillation import DEGENERATE, FOLD_TOLERANCE, fold_distance, unstable_count
 from plastica.errors import ArgumentError
+from plastica.physics.scales import Scales, unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -86,8 +88,8 @@ class Spectrum:
         The most negative eigenvalues, ascending, all below -1; as many as were asked for, or as there are above
         rounding. There are none where |phi| <= pi/2 all along the rod.
     unstable : int
-        How many eigenvalues are positive: by the oscillation count, which computes none of them, and where that is
-        `degenerate` by the eigenvalues, the one that is zero not among them.
+        How many eigenvalues are positive: by the oscillation count, which computes none of them, but where the
+        multiplicity is 2 by the eigenvalues, the one that is zero not among them.
     zero_multiplicity : int
         Algebraic multiplicity of the eigenvalue 0 of the full system: 1, or 2 (one Jordan block) where
         |theta_0'(1)| <= 1e-10 (theta_0'(1)^2 + gamma theta_0(1)^2)^(1/2), at folds and for the straight rod at
@@ -95,7 +97,11 @@ class Spectrum:
     degenerate : bool
         Whether K - 1 itself has an eigenvalue that is 0 within its error, or the multiplicity is 2.
     agree : bool
-        Whether the eigenvalues and the oscillation count give the same number of unstable directions.
+        Whether eigenvalues and oscillation count give the same number of unstable directions, as far as their errors
+        let them.
+    resolved : bool
+        Whether the two grids agree to rounding. If not, the rod winds up more often than the largest grid can follow
+        and `errors` may be too small.
     kernel : Kernel
         The eigenvector of the eigenvalue 0 of the full system, (theta_0', theta_0'(1)).
     discrete : Discrete
@@ -113,6 +119,7 @@ class Spectrum:
     zero_multiplicity: int
     degenerate: bool
     agree: bool
+    resolved: bool
     kernel: Kernel
     discrete: Discrete
     vectors: Array
@@ -184,31 +191,42 @@ class Spectrum:
         return " ".join(_sentences(self))
 
     def to_dataset(self) -> xarray.Dataset:
-        """Return eigenvalues, errors, modes and kernel over the coordinates `mode`, `lowest_mode` and `s`."""
+        """Return eigenvalues, errors, modes and kernel as labelled arrays; rates and places in SI with a specimen.
+
+        Modes and kernel keep their norms, over s in [0, 1].
+        """
         import xarray
 
-        s = self.discrete.grid.s
+        s, dimensionless = self.discrete.grid.s, self.equilibrium.specimen is None
+        scales = Scales.unit() if self.equilibrium.specimen is None else self.equilibrium.specimen.scales
+
+        def variable(dims: str, kind: str, words: str, value: Any) -> tuple[tuple[str, ...], Any, dict[str, str]]:
+            label = {"units": unit_of(kind, dimensionless), "long_name": words}
+            return tuple(dims.split()), scales.to_si(kind, value), label
+
         data = {
-            "eigenvalue": ("mode", self.eigenvalues, _label("eigenvalue of K - 1")),
-            "error": ("mode", self.errors, _label("estimated error of the eigenvalue")),
-            "mode_curvature": (("mode", "s"), self.modes(s), _label("curvature of the mode")),
-            "mode_angle": (("mode", "s"), self.mode_angles(s), _label("tangent angle of the mode")),
-            "lowest": ("lowest_mode", self.lowest, _label("most negative eigenvalue of K - 1")),
-            "lowest_error": ("lowest_mode", self.lowest_errors, _label("estimated error of the eigenvalue")),
-            "kernel_curvature": ("s", self.kernel(s), _label("curvature of the kernel")),
-            "kernel_natural": ((), self.kernel.natural, _label("natural curvature of the kernel")),
+            "eigenvalue": variable("mode", "rate", "eigenvalue of K - 1", self.eigenvalues),
+            "error": variable("mode", "rate", "estimated error of the eigenvalue", self.errors),
+            "mode_curvature": variable("mode s", "ratio", "curvature of the mode, normalised", self.modes(s)),
+            "mode_angle": variable("mode s", "ratio", "tangent angle of the mode, normalised", self.mode_angles(s)),
+            "lowest": variable("lowest_mode", "rate", "most negative eigenvalue of K - 1", self.lowest),
+            "lowest_error": variable("lowest_mode", "rate", "estimated error of the eigenvalue", self.lowest_errors),
+            "kernel_curvature": variable("s", "ratio", "curvature of the kernel, normalised", self.kernel(s)),
+            "kernel_natural": variable("", "ratio", "natural curvature of the kernel", self.kernel.natural),
+            "gap": variable("", "rate", "exponential rate of the slowest disturbance", self.gap),
         }
         coordinates = {
             "mode": np.arange(self.eigenvalues.size),
             "lowest_mode": np.arange(self.lowest.size),
-            "s": ("s", s, _label("arc length from the clamp")),
-            "s_weight": ("s", self.discrete.grid.w, _label("quadrature weight of the node")),
+            "s": variable("s", "length", "arc length from the clamp", s),
+            "s_weight": variable("s", "length", "quadrature weight of the node", self.discrete.grid.w),
         }
         facts = {
+            "title": "spectrum of an equilibrium",
+            "conventions": "dimensionless: lengths in L, rates in 1/T" if dimensionless else "SI",
             "gamma": self.equilibrium.gamma,
             "alpha": self.equilibrium.alpha,
             "unstable": self.unstable,
-            "gap": self.gap,
             "zero_multiplicity": self.zero_multiplicity,
             "degenerate": int(self.degenerate),
             "sentence": self.sentence,
@@ -261,8 +279,8 @@ def spectrum(equilibrium: Equilibrium, count: int = 6, *, lowest: int = 0) -> Sp
     Notes
     -----
     Limits: errors are absolute, of the order of eps times the largest |eigenvalue| of K, so that eigenvalues close to
-    -1 keep few digits of their distance from it; and pairs of eigenvalues closer than that (`Spectrum.unresolved`)
-    look alike: at gamma = 100, alpha = 15 two of the lowest agree to 3e-15. Near the separatrix at large thrust the last bits of
+    -1 keep few digits of their distance from it. Pairs closer than that (`Spectrum.unresolved`) look alike: at
+    gamma = 100, alpha = 15 two of the lowest agree to 3e-15. Near the separatrix at large thrust the last bits of
     gamma and alpha matter; `errors` allows for it.
 
     Checked by test_spectrum.
@@ -287,19 +305,19 @@ def spectrum(equilibrium: Equilibrium, count: int = 6, *, lowest: int = 0) -> Sp
     if fold:
         near_zero |= np.abs(rho - 1.0) == np.abs(rho - 1.0).min()
     positive = int(np.count_nonzero((rho > 1.0) & ~near_zero))
-    degenerate = bool(near_zero.any())
     counted = int(unstable_count(equilibrium.gamma, equilibrium.alpha))
     largest, smallest = slice(None, count), found.below
     return Spectrum(
         equilibrium=equilibrium,
         eigenvalues=rho[largest] - 1.0,
-        errors=errors[largest],
+        errors=errors[largest] + EPS * np.abs(rho[largest] - 1.0),
         lowest=rho[smallest] - 1.0,
-        lowest_errors=errors[smallest],
-        unstable=positive if degenerate else counted,
+        lowest_errors=errors[smallest] + EPS * np.abs(rho[smallest] - 1.0),
+        unstable=positive if fold else counted,
         zero_multiplicity=2 if fold else 1,
-        degenerate=degenerate,
-        agree=degenerate or counted == positive,
+        degenerate=bool(near_zero.any()),
+        agree=fold or positive <= counted <= positive + int(np.count_nonzero(near_zero)),
+        resolved=found.resolved,
         kernel=kernel,
         discrete=found.discrete,
         vectors=np.hstack([found.vectors[:, largest], found.vectors[:, smallest]]),
@@ -321,17 +339,19 @@ def _sentences(found: Spectrum) -> list[str]:
     out = []
     if found.unstable:
         many = "direction" if found.unstable == 1 else "directions"
-        out.append(f"Unstable at frozen natural curvature: {found.unstable} {many}, the fastest growing at {rate:.6g}.")
+        out.append(
+            f"Unstable at frozen natural curvature: {found.unstable} {many}, the fastest growing at {rate:.6g} per retardation time."
+        )
     elif not found.degenerate:
-        out.append(f"Stable at frozen natural curvature: disturbances decay at {rate:.6g}.")
+        out.append(f"Stable at frozen natural curvature: disturbances decay at {rate:.6g} per retardation time.")
     if found.zero_multiplicity == 2:
         out.append("Degenerate: 0 is an eigenvalue of multiplicity 2 with one eigenvector (a fold or a bifurcation).")
     elif found.degenerate:
         out.append("Degenerate: an eigenvalue of K - 1 cannot be told from 0 in double precision.")
-    for name, pairs in (("Eigenvalues", found.unresolved), ("The lowest, number", found.unresolved_lowest)):
-        out += [
-            f"{name} {k} and {k + 1} agree to their errors; they differ, but doubles cannot show it." for k in pairs
-        ]
+    for name, pairs in (("Eigenvalues", found.unresolved), ("Lowest eigenvalues", found.unresolved_lowest)):
+        out += [f"{name} {k} and {k + 1} agree to their errors: they differ, unseen by doubles." for k in pairs]
+    if not found.resolved:
+        out.append("Not resolved: the rod winds up more often than the largest grid can follow.")
     if not found.agree:
         out.append("The oscillation count does not confirm the number of positive eigenvalues: look at the errors.")
     out.append("The rest accumulates at -1.")
@@ -347,7 +367,3 @@ def places(s: ArrayLike) -> Array:
     if not np.all((where >= 0.0) & (where <= 1.0)):
         raise ArgumentError("must lie on the rod, in [0, 1] (dimensionless)", where="s", value=s)
     return where
-
-
-def _label(words: str) -> dict[str, str]:
-    return {"units": "1", "long_name": words}
