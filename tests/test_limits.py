@@ -174,6 +174,16 @@ def test_the_verdict_names_the_limit() -> None:
     assert f"{sol.limit.equilibrium.alpha:.8g}" in str(sol)
 
 
+def test_a_run_until_rest_tells_where_it_ends() -> None:
+    strut = pl.Strut(pair("A"), pl.Load(thrust=3.0), pl.Grid(16))
+    creeping = pl.solve(strut, "1 + cos(3*s)", until="equilibrium")
+    assert creeping.limit is not None
+    assert creeping.limit.sentence in creeping.status.sentence
+    assert creeping.limit.distance <= 1e-3
+    still = pl.solve(strut, 0.0, until="equilibrium")
+    assert "unstable" in still.status.sentence
+
+
 def test_in_si_the_same() -> None:
     specimen = pl.Specimen(length="250 mm", bending_stiffness="0.035 N*m**2", retardation_time="120 s")
     material = pl.catalogue.material("one-shape", length=specimen.L, stiffness=specimen.EI, time=specimen.T)

@@ -145,8 +145,23 @@ def solve(
     keeping = None if checkpoint is None else _Keeping(Path(checkpoint), float(checkpoint_every), resume)
     if model.grid.nodes != "auto":
         problem = make_problem(model, plan, curvature, natural_curvature, atol, start)
-        return _run(problem, plan, progress, keeping)
-    return _choose_nodes(model, plan, curvature, natural_curvature, atol, start, progress, keeping)
+        solution = _run(problem, plan, progress, keeping)
+    else:
+        solution = _choose_nodes(model, plan, curvature, natural_curvature, atol, start, progress, keeping)
+    return _told_where_it_ends(solution) if plan.settle else solution
+
+
+def _told_where_it_ends(solution: Solution) -> Solution:
+    """A run that was to go on until rest says what it stopped short of, or that it rests where it cannot stay."""
+    limit = solution.limit if solution.status.ok else None
+    if limit is None or limit.equilibrium is None:
+        return solution
+    sentence = solution.status.sentence
+    if solution.status.code == "creeping":
+        sentence += f" {limit.sentence}"
+    elif not limit.stable:
+        sentence += " But it is unstable there: the least disturbance would set it off."
+    return replace(solution, status=replace(solution.status, sentence=sentence))
 
 
 @dataclass(frozen=True)
