@@ -27,6 +27,9 @@ BENT = 0.1
 STILL = 1e-15
 """Rate, in 1/(L T), below which rounding hides all motion."""
 
+ARRIVED = 1e-12
+"""Distance from the limit, in 1/L, that is no distance in double precision."""
+
 REFERENCES = (
     "K. R. Rajagopal and C. Rodriguez, "
     "On evolving natural curvature for an inextensible, unshearable, viscoelastic rod",
@@ -201,6 +204,8 @@ def _end(solution: Solution) -> str:
         return ""
     if limit.distance is None:
         return f" {limit.sentence}"
+    if limit.distance <= ARRIVED:
+        return f" {limit.sentence} The last state is there already, to rounding."
     return f" {limit.sentence} The last state is {limit.distance:.1e} away from there, in 1/L."
 
 
