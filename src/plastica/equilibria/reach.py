@@ -1,0 +1,105 @@
+"""How far out the equilibria can lie at which the drive equals the threshold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.material.material import Laws
+
+__all__ = ["Reach", "fold_reach", "reach"]
+
+Array = NDArray[np.float64]
+
+SMALLEST, FARTHEST = 1e-8, 1e8
+"""Natural curvatures (1/L) between which the laws are compared."""
+
+PER_DECADE = 200
+
+FALLBACK = 20.0
+"""Clamp curvature looked at where the laws do not tell how far to look, beside 4 gamma^(1/2)."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """A bound on all limiting equilibria, |D| = Theta.
+
+    Attributes
+    ----------
+    natural_curvature : float
+        On |mu_nat|; infinite where the laws give none.
+    alpha : float
+        On |alpha|; infinite likewise.
+    outside : str
+        What equilibria beyond are: "inadmissible", "admissible" (the admissible set is unbounded), or "unknown".
+    """
+
+    natural_curvature: float
+    alpha: float
+    outside: str
+
+
+def reach(gamma: float, laws: Laws) -> Reach:
+    """Bound the natural curvature and the clamp curvature of limiting equilibria.
+
+    D + kappa'(mu_nat) = phi(1) - phi'(1) = gamma int_0^1 s sin phi, of size at most gamma/2; and at most
+    m - (m^2 - 4 gamma)^(1/2) where m = |mu_nat| >= 2 gamma^(1/2), since then phi' lies between (alpha^2 - 4
+    gamma)^(1/2) and alpha, which is at least m. So |D| = Theta needs ||kappa'(m)| - Theta(m)| to be within that, and
+    beyond the last such m the sign of |kappa'| - Theta decides. From the first integral, alpha^2 <= mu_nat^2 + 4 gamma.
+
+    Parameters
+    ----------
+    gamma : float
+        Thrust.
+    laws : Laws
+        Dimensionless laws.
+
+    Returns
+    -------
+    Reach
+        The laws are compared at 200 points a decade between 1e-8 and 1e8, at both signs.
+    """
+    m = np.logspace(math.log10(SMALLEST), math.log10(FARTHEST), PER_DECADE * 16 + 1)
+    wide = m >= 2.0 * math.sqrt(gamma)
+    lever = np.where(wide, 4.0 * gamma / (m + np.sqrt(np.where(wide, m * m - 4.0 * gamma, 0.0))), math.inf)
+    lever = np.minimum(lever, 0.5 * gamma) * (1.0 + 1e-12)
+    last, outside = 0, set()
+    for side in (1.0, -1.0):
+        with np.errstate(invalid="ignore"):
+            gap = np.abs(laws.preference.slope(side * m)) - laws.threshold.value(side * m)
+            # what the gap changes by to the next point: a zero may lie between the two
+            change = np.abs(np.diff(gap, append=gap[-1:]))
+            near = np.flatnonzero(np.abs(gap) <= lever + np.where(np.isnan(change), 0.0, change))
+        known = np.flatnonzero(~np.isnan(gap))
+        last = max(last, int(near[-1]) + 1 if near.size else 0)
+        told = known.size and not (near.size and near[-1] >= known[-1])
+        outside.add("unknown" if not told else "inadmissible" if gap[known[-1]] > 0.0 else "admissible")
+    if len(outside) > 1 or "unknown" in outside:
+        return Reach(math.inf, math.inf, "unknown")
+    farthest = float(m[last])
+    return Reach(farthest, math.sqrt(farthest**2 + 4.0 * gamma), outside.pop())
+
+
+def fold_reach(gamma: float) -> float:
+    """Return a bound on |alpha| of all folds, theta_0'(1) = 0.
+
+    Differentiate the first integral phi'(1)^2 / 2 = alpha^2 / 2 - gamma + gamma cos phi(1) in alpha: a fold has
+    alpha = gamma sin phi(1) theta_0(1). On rotating rods theta_0(1) <= 1 / (1 - 4 gamma / alpha^2), so that
+    alpha^2 - gamma alpha - 4 gamma <= 0.
+
+    Parameters
+    ----------
+    gamma : float
+        Thrust.
+
+    Returns
+    -------
+    float
+        (gamma + (gamma^2 + 16 gamma)^(1/2)) / 2, and 2 gamma^(1/2) at least; 0 below pi^2/4, where there are none.
+    """
+    if gamma < 0.25 * math.pi**2 * (1.0 - 1e-9):
+        return 0.0
+    return max(0.5 * (gamma + math.sqrt(gamma * gamma + 16.0 * gamma)), 2.0 * math.sqrt(gamma)) * (1.0 + 1e-12)
