@@ -26,6 +26,7 @@ SIGNATURES = {
     "Strut": "material, load, grid=…, specimen=None",
     "Specimen": "*length, *bending_stiffness=None, *youngs_modulus=None, *section=None, *retardation_time, "
     "*temperature=None",
+    "Equilibrium": "gamma, alpha, material=None, specimen=None",
     "Shape": "function, breaks=(), words='a function of s'",
     "Status": "ok, code, sentence",
     "Verdict": "name, holds, margin, witness, sentence",
@@ -34,6 +35,7 @@ SIGNATURES = {
     "solve": "model, curvature=0.0, natural_curvature=0.0, until=100.0, rtol=1e-08, atol=None, method='auto', "
     "times=None, *start=None, *max_steps=200000, *progress=None, *checkpoint=None, *checkpoint_every=5.0, "
     "*resume=False",
+    "equilibrium": "material, gamma, alpha, *specimen=None",
     "read": "path",
     "piecewise": "breaks, pieces",
     "plot": "result",

@@ -237,7 +237,12 @@ def _floats(value: ArrayLike, where: str) -> Array:
 
 def _blocked(compute: Callable[..., tuple[Array, ...]], *arguments: Array) -> tuple[Array, ...]:
     """Apply a function of flat arrays to arrays that broadcast, a block of points at a time."""
-    broadcast = np.broadcast_arrays(*arguments)
+    try:
+        broadcast = np.broadcast_arrays(*arguments)
+    except ValueError:
+        names = "`gamma` and `alpha`" if len(arguments) == 2 else "`gamma`, `alpha` and `s`"
+        shapes = ", ".join(str(each.shape) for each in arguments)
+        raise ArgumentError(f"{names} must broadcast, but are of the shapes {shapes}") from None
     shape, flat = broadcast[0].shape, [np.ravel(each) for each in broadcast]
     cuts = range(0, max(flat[0].size, 1), BLOCK)
     with np.errstate(under="ignore"):

@@ -92,7 +92,7 @@ class Equilibrium:
             "mu_nat": mu_nat,
             "drive": excess,
             "threshold": threshold,
-            "admissible": None if excess is None or threshold is None else abs(excess) <= threshold,
+            "admissible": None if excess is None or threshold is None else _stays(excess, threshold),
             "tip": (float(end.x), float(end.y)),
             "liapunov": float(liapunov(end, gamma, alpha, laws)),
         }
@@ -276,6 +276,10 @@ def _number(value: object, where: str) -> float:
     if not isinstance(number, float):
         raise ArgumentError("must be a number", where=where, value=value)
     return number
+
+
+def _stays(drive: float, threshold: float) -> bool:
+    return abs(drive) <= threshold
 
 
 def _regime(gamma: float, alpha: float) -> str:

@@ -58,8 +58,8 @@ def jacobi(u: Array, m: Array, m1: Array) -> Jacobi:
         P  = -k1 u / 2 + k1 (1+k1) P1 / 2 + (1+k1) sn1 cn1 dn1 / (1 + k1 sn1^2)
 
     where P is the integral of cos(2 am), which follows from Gauss's transformation of E. No step subtracts what
-    nearly cancels: 1 - k1 = 2k'/(1+k') is formed from k'; where sn^2 < 1/2, cn and dn are formed anew from sn. The integral of sd^2 is Carlson's
-    sn^3 R_D(cn^2, 1, dn^2) / 3 on |u| <= K, and multiples of its value at K beyond.
+    nearly cancels: 1 - k1 = 2k'/(1+k') is formed from k'; where sn^2 < 1/2, cn and dn are formed anew from sn. The
+    integral of sd^2 is Carlson's sn^3 R_D(cn^2, 1, dn^2) / 3 on |u| <= K, and multiples of its value at K beyond.
 
     Parameters
     ----------
