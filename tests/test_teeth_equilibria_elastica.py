@@ -11,7 +11,7 @@ import pytest
 import plastica as pl
 from plastica.equilibria import elastica, equilibrium
 from plastica.numerics import jacobi as elliptic
-from tests import test_elastica
+from tests import test_elastica, test_equilibrium
 from tests.defects import replacing
 from tests.support import pair
 
@@ -100,10 +100,10 @@ CHECKS: dict[str, Callable[[], None]] = {
     "reference, librating": lambda: test_elastica.check_reference(case("librating", 10.0)),
     "reference, rotating": lambda: test_elastica.check_reference(case("rotating", 8.0)),
     "odd to the bit": odd,
-    "5 equilibria are equilibria": lambda: test_elastica.check_equilibrium(pl.equilibrium(pair("B"), 8.0, -3.0)),
-    "energy and drive belong together": lambda: test_elastica.check_liapunov_slope("A", 1.0, 4.0),
-    "5 admissible is |drive| <= threshold": test_elastica.check_verdict,
-    "5 the verdict is the rod's": lambda: test_elastica.check_equilibrium(pl.equilibrium(pair("A"), 0.4, 0.2)),
+    "5 equilibria are equilibria": lambda: test_equilibrium.check_equilibrium(pl.equilibrium(pair("B"), 8.0, -3.0)),
+    "energy and drive belong together": lambda: test_equilibrium.check_liapunov_slope("A", 1.0, 4.0),
+    "5 admissible is |drive| <= threshold": test_equilibrium.check_verdict,
+    "5 the verdict is the rod's": lambda: test_equilibrium.check_equilibrium(pl.equilibrium(pair("A"), 0.4, 0.2)),
 }
 
 TEETH = [
