@@ -1,16 +1,21 @@
 """Equilibria of the strut in closed form: phi'' + gamma sin phi = 0, phi(0) = 0, phi'(0) = alpha.
 
-Everything is dimensionless and vectorised over the thrust gamma, the clamp curvature alpha and the arc length s. The
-errors of each regime stay below 50 eps times the condition number in (gamma, alpha), and do not grow toward the
-separatrix alpha^2 = 4 gamma:
+Everything is dimensionless and vectorised over the thrust gamma, the clamp curvature alpha and the arc length s. How
+each regime keeps its digits:
 
-* the parameter of the elliptic functions comes with its complement, (4 gamma - alpha^2) formed in twice the precision;
-* librating rods (alpha^2 <= 4 gamma) are written in u = sqrt(gamma) s, rotating ones in u = alpha s / 2; both forms
-  hold on the separatrix, where the functions are hyperbolic;
-* sums have terms of the size of the result; 1 - cn and 1 - dn are sn^2 over a sum.
+* librating rods (alpha^2 < 4 gamma) are written in u = sqrt(gamma) s, rotating ones in u = alpha s / 2; either form
+  holds on the separatrix, where the elliptic functions are hyperbolic;
+* the parameter m comes with its complement m1 = |4 gamma - alpha^2| / max(4 gamma, alpha^2), the difference formed in
+  twice the precision: next to the separatrix nothing is lost but the rounding of u;
+* int cos phi is m1 s + m P / sqrt(gamma), or 2 P / alpha, with P = int cos(2 am); int sin phi is sn^2 over a sum where
+  1 - cn or 1 - dn would cancel; the integral of nd^2 is u + m int sd^2: all sums have terms of the size of the result;
+* gamma -> 0 is rotating with m -> 0; phi(1) - phi'(1) is then a quadrature or a series, never a difference;
+* below |alpha| = 2^-332 the rod is that of 2^-332, scaled: alpha = 0 is no special case.
 
-Limits: gamma and alpha are taken as the doubles they are. Rounding a decimal number to a double costs as much as the
-condition number says: near the separatrix about exp(sqrt(gamma)) eps.
+Limits: gamma and alpha are taken as the doubles they are. Rounding a decimal number to a double already costs its
+condition number times eps / 2, which no formula can win back: about exp(sqrt(gamma)) next to the separatrix, and
+without bound for a relative error where a quantity passes through zero. A point computed beside others may differ from
+the same point computed alone by the rounding of a step of Landen's more.
 """
 
 from __future__ import annotations
@@ -142,7 +147,13 @@ def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike) -> Profile:
     Raises
     ------
     ArgumentError
-        Where an argument is not finite or outside its range.
+        Where an argument is not finite or outside its range, or they do not broadcast.
+
+    Notes
+    -----
+    For gamma <= 500 and |alpha| <= 50 the relative error is at most 50 eps max(1, condition in (gamma, alpha)); about
+    10 eps is the most that was measured. Checked by `test_accuracy`, `test_accuracy_across_the_separatrix`,
+    `test_accuracy_anywhere`.
     """
     where = _floats(s, "s")
     if where.size and not (np.min(where) >= 0.0 and np.max(where) <= 1.0):
@@ -244,9 +255,10 @@ def _blocked(compute: Callable[..., tuple[Array, ...]], *arguments: Array) -> tu
         shapes = ", ".join(str(each.shape) for each in arguments)
         raise ArgumentError(f"{names} must broadcast, but are of the shapes {shapes}") from None
     shape, flat = broadcast[0].shape, [np.ravel(each) for each in broadcast]
-    cuts = range(0, max(flat[0].size, 1), BLOCK)
     with np.errstate(under="ignore"):
-        parts = [compute(*(each[i : i + BLOCK] for each in flat)) for i in cuts]
+        if flat[0].size <= BLOCK:
+            return tuple(each.reshape(shape) for each in compute(*flat))
+        parts = [compute(*(each[i : i + BLOCK] for each in flat)) for i in range(0, flat[0].size, BLOCK)]
     return tuple(np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True))
 
 
