@@ -36,6 +36,12 @@ SIGNATURES = {
     "times=None, *start=None, *max_steps=200000, *progress=None, *checkpoint=None, *checkpoint_every=5.0, "
     "*resume=False",
     "equilibrium": "material, gamma, alpha, *specimen=None",
+    "spectrum": "equilibrium, count=6, *lowest=0",
+    "predict_limit": "strut, mu, mu_nat",
+    "rest": "model, curvature=0.0, natural_curvature=0.0",
+    "omega_limit": "strut, curvature=0.0, natural_curvature=0.0, *rtol=1e-08, *longest=10000000.0",
+    "time_one_map": "strut, mu, mu_nat, *rtol=1e-10",
+    "measured_shape": "file, columns, length, *si, *length_unit=None, *curvature_unit=None, *smoothing=None",
     "read": "path",
     "piecewise": "breaks, pieces",
     "plot": "result",
@@ -59,6 +65,9 @@ SIGNATURES = {
     "Load.mirrored": "self",
 }
 """Names with their arguments: * before what is given by name only, … for a default made anew each time."""
+
+RESULTS = {"Limit", "Rest", "Solution", "Spectrum"}
+"""What the verbs give back; nobody makes one by hand, but types are annotated with them."""
 
 VARIABLES = {
     ("t", "s"): "curvature angle x y couple shear tension natural_x natural_y entropy_rate",
@@ -103,7 +112,7 @@ def test_arguments_and_defaults(name: str) -> None:
 def test_the_package_names_what_it_has() -> None:
     assert dir(pl) == sorted(pl.__all__)
     tops = {name.split(".")[0] for name in SIGNATURES}
-    assert set(pl.__all__) == tops | {"Solution", "__version__"}
+    assert set(pl.__all__) == tops | RESULTS | {"__version__"}
     for name in pl.__all__:
         assert getattr(pl, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Rod'"):
@@ -124,7 +133,8 @@ def test_a_solution_has_what_the_design_promises(sol: pl.Solution) -> None:
     assert sol.ledger.kinetic_energy == 0.0
     for entry in ("residual", "work", "stored_energy", "viscous_dissipation", "natural_dissipation"):
         assert isinstance(getattr(sol.ledger, entry), float)
-    assert sol.limit is None
+    assert sol.limit is not None
+    assert sol.limit.kind == "limiting"
     assert sol.outcome.headline in str(sol)
     assert np.isfinite(sol.bounds.norm)
     assert sol.to_dataset() is sol.dataset
