@@ -65,7 +65,7 @@ def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
         resolved = bool(np.all(difference[watched] <= floor[watched]))
         if resolved or 2 * size > MOST_NODES:
             errors = difference + floor
-            real = below[rho[below] < -errors[below]]
+            real = below[rho[below] < -errors[below] - EPS]
             return Found(rho, errors, _signed(vectors, discrete), real, discrete, resolved)
         size, coarse = 2 * size, rho
 

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 
 FLOOR = 16.0
-"""Rounding of the eigenvalue solver, in units of eps times the largest |rho|: the largest measured is 8."""
+"""Rounding of the eigenvalue solver, in units of eps times the largest |rho|: the largest measured is 4."""
 
 FORM_FLOOR = 16.0
 """Rounding of phi, in units of eps times its condition number in (gamma, alpha)."""

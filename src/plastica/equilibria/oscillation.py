@@ -58,8 +58,8 @@ def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = Non
     u = w s, w^2 = gamma, with h(0) = 0 and h' = 1/cn(u)^2 > 0: so theta_0 has no zero before the first pole of h at
     the quarter period K(k), and exactly one between any two neighbouring poles, where cn changes its sign. The number
     of poles in (0, w] is round(w/2K) = j, so that n_0 = j - 1 or j zeros, which of them told by the sign of
-    theta_0(1), that is (-1)^n_0. A pole at which j is rounded to the wrong side does no harm: theta_0 is large there,
-    and its sign decides all the same. For alpha^2 >= 4 gamma, theta_0 has no zero but s = 0.
+    theta_0(1), that is (-1)^n_0. Where rounding makes j miss by one, next to a pole or to the separatrix, this does no
+    harm: the sign decides all the same. For alpha^2 >= 4 gamma, theta_0 has no zero but s = 0.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = Non
     poles = _poles(thrust, np.abs(clamp))
     # Behind its n-th zero theta_0 has the sign (-1)^n; a zero at s = 1 itself counts.
     parity = (np.where(theta0 == 0.0, slope, theta0) < 0.0).astype(np.int64)
-    zeros = poles - ((poles - parity) % 2)
-    count = np.where(poles == 0, 0, zeros) + (np.sign(theta0) * np.sign(slope) < 0.0)
+    zeros = np.abs(poles - (poles - parity) % 2)
+    count = zeros + (np.sign(theta0) * np.sign(slope) < 0.0)
     degenerate = fold_distance(thrust, theta0, slope) <= FOLD_TOLERANCE
     return np.where(degenerate, DEGENERATE, count).astype(np.int64)
 

@@ -338,10 +338,8 @@ def _sentences(found: Spectrum) -> list[str]:
     rate = abs(float(found.eigenvalues[0]))
     out = []
     if found.unstable:
-        many = "direction" if found.unstable == 1 else "directions"
-        out.append(
-            f"Unstable at frozen natural curvature: {found.unstable} {many}, the fastest growing at {rate:.6g} per retardation time."
-        )
+        many = "1 direction" if found.unstable == 1 else f"{found.unstable} directions, the fastest"
+        out.append(f"Unstable at frozen natural curvature: {many} growing at {rate:.6g} per retardation time.")
     elif not found.degenerate:
         out.append(f"Stable at frozen natural curvature: disturbances decay at {rate:.6g} per retardation time.")
     if found.zero_multiplicity == 2:
