@@ -20,7 +20,18 @@ from plastica.show import report as reports
 from .reported import Reader, page, run
 
 SCENARIO = 'title = "</code><script>alert(1)</script>"\n[load]\nthrust = "3 N"  # & so on\n'
-KEYS = ("verdict", "meaning", "parameters", "admissibility", "pictures", "events", "ledger", "promises", "origin")
+KEYS = (
+    "verdict",
+    "meaning",
+    "parameters",
+    "admissibility",
+    "pictures",
+    "ending",
+    "events",
+    "ledger",
+    "promises",
+    "origin",
+)
 
 
 @pytest.mark.parametrize("name", ["buckles", "held", "still", "stopped", "couple", "inadmissible"])
@@ -76,7 +87,7 @@ def test_the_page_loads_nothing() -> None:
 
 def test_drawings_hold_no_scripts_and_refer_to_nothing_outside() -> None:
     drawings = [str(each["src"]) for each in Reader(page("held")).all("img")]
-    assert len(drawings) == 5
+    assert len(drawings) == 6
     for each in drawings:
         kind, data = each.split(";base64,")
         assert kind == "data:image/svg+xml"

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from plastica.errors import ArgumentError
 from plastica.motion.solution import Solution
 from plastica.show import panels
+from plastica.show.ending import ending
+from plastica.show.gallery import drawn
 from plastica.show.style import drawing, new_figure
 from plastica.show.view import View, view
 
@@ -21,21 +23,24 @@ if TYPE_CHECKING:
 WIDTH: Final = 6.6
 """Inches: fits a page between its margins, and a telephone with the letters still legible."""
 
-__all__ = ["curvature_map", "energies", "loads", "natural", "plot", "shapes"]
+__all__ = ["curvature_map", "ending", "energies", "loads", "natural", "plot", "shapes"]
 
 
-def plot(result: Solution) -> Figure:
-    """Draw a result: for a motion an overview on one figure.
+def plot(result: object) -> Figure:
+    """Draw a result.
 
     Parameters
     ----------
-    result : Solution
-        A finished motion.
+    result : Solution, Equilibrium, EquilibriumSet, Spectrum, Limit, Rest, branches, capacity, PhaseDiagram or Basin
+        What a function of this package returned.
 
     Returns
     -------
     Figure
-        Shapes through time, curvature over (s, t), natural curvature with drive and threshold, energies, loads.
+        Of a motion an overview: shapes through time, curvature over (s, t), natural curvature with drive and
+        threshold, energies. Of an equilibrium, a static shape or a limit the rod with its natural shape, and its
+        curvature or the predicted way there. Of all equilibria under one thrust, branches, a phase diagram, a
+        capacity chart or a basin the chart; of a spectrum its eigenvalues and modes.
 
     Raises
     ------
@@ -49,12 +54,15 @@ def plot(result: Solution) -> Figure:
     """
     if isinstance(result, Solution):
         return overview(result)
-    raise ArgumentError(
-        "must be a result that there is a picture for: a Solution",
-        where="result",
-        value=result,
-        next_step="Give what pl.solve or pl.read returned.",
-    )
+    figure = drawn(result)
+    if figure is None:
+        raise ArgumentError(
+            "must be a result that there is a picture for, such as a Solution",
+            where="result",
+            value=result,
+            next_step="Give what pl.solve, pl.read, pl.equilibria, pl.spectrum, pl.capacity or the like returned.",
+        )
+    return figure
 
 
 def overview(solution: Solution) -> Figure:

@@ -16,6 +16,7 @@ from plastica.show.captions import captions
 from plastica.show.checks import ledger, origin, promises
 from plastica.show.film import frames
 from plastica.show.inputs import admissibility, parameters
+from plastica.show.outlook import ending
 from plastica.show.pictures import gif_uri, still_uri, svg_uri
 from plastica.show.subject import Section, Subject
 from plastica.show.view import yielding
@@ -154,6 +155,7 @@ SECTIONS: Final[tuple[Callable[[Subject], Section | None], ...]] = (
     parameters,
     admissibility,
     pictures,
+    ending,
     events,
     ledger,
     promises,

@@ -14,7 +14,7 @@ from plastica.units import format_quantity
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["SYMBOLS", "Writer", "number", "pretty"]
+__all__ = ["SYMBOLS", "Writer", "amount", "number", "pretty"]
 
 SYMBOLS: Final = {
     "length": "L",
@@ -62,6 +62,37 @@ def number(value: float, digits: int = 4) -> str:
     return _MINUS.sub("−", text)
 
 
+def amount(value: float, kind: str, *, si: bool) -> str:
+    """Write a value in the user's units.
+
+    Parameters
+    ----------
+    value : float
+        In SI, or dimensionless.
+    kind : str
+        A name in `plastica.physics.scales.KINDS`.
+    si : bool
+        Whether it is in SI.
+
+    Returns
+    -------
+    str
+        Such as "11.9 mm", "0.38 EI/L" or "97.3°".
+    """
+    if kind == "angle":
+        return f"{number(float(np.degrees(value)))}°"
+    if not si:
+        if value == 0.0:
+            return "0"
+        return f"{number(value)} {SYMBOLS[kind]}".rstrip().replace(" /", "/")
+    if kind == "time" and value == 86400.0:
+        return "1 day"
+    text = format_quantity(value, KINDS[kind][0])
+    head, _, unit = text.partition(" ")
+    unit = {"d": "days", "uN*m**2": "µN*m**2"}.get(unit, unit)
+    return pretty(f"{number(float(head))} {unit}")
+
+
 @dataclass(frozen=True)
 class Writer:
     """Writes the quantities of one solution in the user's units.
@@ -80,32 +111,8 @@ class Writer:
         return self.solution.model.specimen is None
 
     def amount(self, value: float, kind: str) -> str:
-        """Write a value in the user's units.
-
-        Parameters
-        ----------
-        value : float
-            In SI with a specimen, else dimensionless.
-        kind : str
-            A name in `plastica.physics.scales.KINDS`.
-
-        Returns
-        -------
-        str
-            Such as "11.9 mm", "0.38 EI/L" or "97.3°".
-        """
-        if kind == "angle":
-            return f"{number(float(np.degrees(value)))}°"
-        if self.dimensionless:
-            if value == 0.0:
-                return "0"
-            return f"{number(value)} {SYMBOLS[kind]}".rstrip().replace(" /", "/")
-        if kind == "time" and value == 86400.0:
-            return "1 day"
-        text = format_quantity(value, KINDS[kind][0])
-        head, _, unit = text.partition(" ")
-        unit = {"d": "days", "uN*m**2": "µN*m**2"}.get(unit, unit)
-        return pretty(f"{number(float(head))} {unit}")
+        """Write a value (in SI with a specimen, else dimensionless) in the user's units: see `amount`."""
+        return amount(value, kind, si=not self.dimensionless)
 
     def of_scale(self, value: float, kind: str) -> str:
         """Write a dimensionless value in the user's units."""

@@ -1,0 +1,36 @@
+"""Which picture belongs to which result: what `plastica.plot` looks into."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from plastica.equilibria.equilibrium import Equilibrium
+from plastica.equilibria.equilibrium_set import EquilibriumSet
+from plastica.equilibria.limits import Limit
+from plastica.equilibria.rest import Rest
+from plastica.equilibria.spectrum import Spectrum
+from plastica.show.admissible import set_figure
+from plastica.show.modes import spectrum_figure
+from plastica.show.rods import equilibrium_figure, limit_figure, rest_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["drawn"]
+
+_PICTURES: tuple[tuple[type, Callable[[Any], Figure]], ...] = (
+    (Equilibrium, equilibrium_figure),
+    (EquilibriumSet, set_figure),
+    (Spectrum, spectrum_figure),
+    (Limit, limit_figure),
+    (Rest, rest_figure),
+)
+
+
+def drawn(result: object) -> Figure | None:
+    """Return the picture of a result; None where there is none for its type."""
+    for kind, picture in _PICTURES:
+        if isinstance(result, kind):
+            return picture(result)
+    return None
