@@ -11,7 +11,7 @@ import pytest
 from plastica.equilibria import eigen, linear, oscillation, spectrum
 from plastica.equilibria import projection as projections
 from plastica.equilibria.linear import Discrete
-from tests import test_phase as moving
+from tests import test_asymptotic_phase as moving
 from tests import test_spectrum as claims
 
 Patch = pytest.MonkeyPatch
