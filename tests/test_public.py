@@ -37,6 +37,7 @@ SIGNATURES = {
     "*resume=False",
     "equilibrium": "material, gamma, alpha, *specimen=None",
     "spectrum": "equilibrium, count=6, *lowest=0",
+    "asymptotic_phase": "equilibrium, mu, mu_nat, grid",
     "predict_limit": "strut, mu, mu_nat",
     "rest": "model, curvature=0.0, natural_curvature=0.0",
     "omega_limit": "strut, curvature=0.0, natural_curvature=0.0, *rtol=1e-08, *longest=10000000.0",

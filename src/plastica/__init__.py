@@ -11,6 +11,7 @@ from plastica._version import __version__
 if TYPE_CHECKING:
     from plastica.equilibria.equilibrium import Equilibrium, equilibrium
     from plastica.equilibria.limits import Limit, predict_limit
+    from plastica.equilibria.projection import asymptotic_phase
     from plastica.equilibria.rest import Rest, rest
     from plastica.equilibria.spectrum import Spectrum, spectrum
     from plastica.material import catalogue
@@ -48,6 +49,7 @@ _HOMES = {
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
     "Verdict": "plastica.material.admissibility",
+    "asymptotic_phase": "plastica.equilibria.projection",
     "equilibrium": "plastica.equilibria.equilibrium",
     "film": "plastica.show.film",
     "measured_shape": "plastica.study.measured",
@@ -80,6 +82,7 @@ __all__ = [
     "Strut",
     "Verdict",
     "__version__",
+    "asymptotic_phase",
     "catalogue",
     "equilibrium",
     "film",
