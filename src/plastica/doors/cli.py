@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import sys
 import warnings
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from plastica._version import __version__
+from plastica.doors.equilibria import COMMANDS
+from plastica.doors.telling import console, print_json, say
 from plastica.errors import PlasticaError
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _FILE = click.Path(path_type=Path)
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="plastica")
 def cli() -> None:
-    """Slender rods that remember: motion, ledger, verdict.
+    """Slender rods that remember: motion, ledger, verdict; equilibria, limits, capacity.
 
     Exit codes: 0 done, 1 the computation failed (its status is told, results are kept), 2 a mistake in the
     input (nothing is written), 130 interrupted.
@@ -64,11 +65,11 @@ def run(
     try:
         ran = batch(scenario, options) if several else [attempted(scenario, options)]
     except KeyboardInterrupt:
-        _say("interrupted. To go on from there, give the same command with --resume")
+        say("interrupted. To go on from there, give the same command with --resume")
         return INTERRUPTED
     if as_json:
         each = [one.as_json() for one in ran]
-        _print_json({"runs": each} if several else each[0])
+        print_json({"runs": each} if several else each[0])
     elif not quiet and (several or ran[0].facts):
         _print_runs(ran, several=several)
     return _told(ran)
@@ -88,7 +89,7 @@ def check(scenario: Path, as_json: bool) -> int:
     found = [checked(file) for file in (scenario_files(scenario) if several else [scenario])]
     if as_json:
         each = [one.facts for one in found]
-        _print_json({"scenarios": each} if several else each[0])
+        print_json({"scenarios": each} if several else each[0])
     elif several:
         for one in found:
             if one.code == DONE:
@@ -96,7 +97,7 @@ def check(scenario: Path, as_json: bool) -> int:
     elif found[0].code == DONE:
         from plastica.doors.tables import print_check
 
-        print_check(_console(), found[0].facts, found[0].files)
+        print_check(console(), found[0].facts, found[0].files)
     return _told(found)
 
 
@@ -163,11 +164,11 @@ def show(result: Path, report_file: Path | None, film_file: Path | None, as_json
 
         files.append(film(solution, film_file))
     if as_json:
-        _print_json({"result": result, **facts, "files": files})
+        print_json({"result": result, **facts, "files": files})
     else:
         from plastica.doors.tables import print_result
 
-        print_result(_console(), facts, files, None)
+        print_result(console(), facts, files, None)
     return DONE
 
 
@@ -188,38 +189,25 @@ def completion(shell: str) -> int:
     return DONE
 
 
-def _console() -> Any:
-    from rich.console import Console
-
-    return Console()
-
-
 def _print_runs(ran: Sequence[Ran], *, several: bool) -> None:
     from plastica.doors.tables import print_batch, print_result
 
-    console = _console()
     if several:
-        print_batch(console, [(one.file, one.code, one.words, one.seconds) for one in ran])
+        print_batch(console(), [(one.file, one.code, one.words, one.seconds) for one in ran])
     else:
-        print_result(console, ran[0].facts, ran[0].files, ran[0].seconds)
-
-
-def _print_json(value: Any) -> None:
-    from plastica.doors.numbers import clean
-
-    click.echo(json.dumps(clean(value), ensure_ascii=False, allow_nan=False, indent=2))
+        print_result(console(), ran[0].facts, ran[0].files, ran[0].seconds)
 
 
 def _told(ended: Sequence[Ran]) -> int:
     """Tell on standard error what went wrong; return the worst exit code."""
     for one in ended:
         if one.message:
-            _say(one.message)
+            say(one.message)
     return max(one.code for one in ended)
 
 
-def _say(message: str) -> None:
-    click.echo(f"plastica: {message}", err=True)
+for _command in COMMANDS:
+    cli.add_command(_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -248,18 +236,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return int(code or DONE)
     except click.Abort:
-        _say("interrupted")
+        say("interrupted")
         return INTERRUPTED
     except click.ClickException as error:
         error.show()
         return MISTAKE
     except PlasticaError as error:
-        _say(str(error))
+        say(str(error))
         return MISTAKE
     except BrokenPipeError:
         # The reader has seen enough; keep the interpreter from failing once more as it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except OSError as error:
-        _say(f"cannot read or write: {error}")
+        say(f"cannot read or write: {error}")
         return FAILED

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_batch", "print_check", "print_result"]
+__all__ = ["pairs", "print_batch", "print_check", "print_result", "row"]
 
 _GROUPS = {
     "thrust_over_EI_per_L2": "largest thrust, in EI/L²",
@@ -23,7 +23,8 @@ _GROUPS = {
 }
 
 
-def _pairs(title: str) -> Table:
+def pairs(title: str) -> Table:
+    """Return a table of names and values under a title."""
     from rich.box import SIMPLE
     from rich.table import Table
     from rich.text import Text
@@ -34,7 +35,8 @@ def _pairs(title: str) -> Table:
     return table
 
 
-def _row(table: Table, *cells: object) -> None:
+def row(table: Table, *cells: object) -> None:
+    """Add a row, as plain text."""
     from rich.text import Text
 
     table.add_row(*(Text(str(cell)) for cell in cells))
@@ -42,15 +44,15 @@ def _row(table: Table, *cells: object) -> None:
 
 def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path], seconds: float | None) -> None:
     """Print what became of a rod, and where the results are."""
-    table = _pairs(facts["title"] or "Result")
+    table = pairs(facts["title"] or "Result")
     natural, tip, ledger = facts["natural_curvature"], facts["tip"], facts["ledger"]
-    _row(table, "verdict", facts["verdict"]["headline"])
-    _row(table, "", facts["verdict"]["sentence"])
-    _row(table, "status", f"{facts['status']['code']}: {facts['status']['sentence']}")
-    _row(table, "distance", facts["verdict"]["distance"])
+    row(table, "verdict", facts["verdict"]["headline"])
+    row(table, "", facts["verdict"]["sentence"])
+    row(table, "status", f"{facts['status']['code']}: {facts['status']['sentence']}")
+    row(table, "distance", facts["verdict"]["distance"])
     unit = "1" if natural["unit"] == "1" else natural["unit"]
-    _row(table, "natural curvature", f"{shown(natural['start'], unit)} → {shown(natural['end'], unit)}")
-    _row(
+    row(table, "natural curvature", f"{shown(natural['start'], unit)} → {shown(natural['end'], unit)}")
+    row(
         table,
         "free end",
         f"{shown(tip['x'], tip['unit'])} along, {shown(tip['y'], tip['unit'])} across the clamp's axis",
@@ -59,38 +61,38 @@ def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path],
         shown(ledger["residual"], ledger["unit"]),
         shown(ledger["largest_energy"], ledger["unit"]),
     )
-    _row(table, "ledger residual", f"{residual}, where the largest energy is {largest}")
+    row(table, "ledger residual", f"{residual}, where the largest energy is {largest}")
     for note in facts["notes"]:
-        _row(table, "note", note)
+        row(table, "note", note)
     for file in files:
-        _row(table, "written", file)
+        row(table, "written", file)
     cost = f"{facts['steps']} steps of {facts['method']} on {facts['nodes']} nodes"
-    _row(table, "cost", cost if seconds is None else f"{cost}, {seconds:.2f} s")
+    row(table, "cost", cost if seconds is None else f"{cost}, {seconds:.2f} s")
     console.print(table)
 
 
 def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) -> None:
     """Print what was understood of a scenario."""
-    table = _pairs(facts["title"] or str(facts["scenario"]))
-    _row(table, "scenario", f"{facts['scenario']} can be run")
+    table = pairs(facts["title"] or str(facts["scenario"]))
+    row(table, "scenario", f"{facts['scenario']} can be run")
     for key, value in facts["groups"].items():
-        _row(table, _GROUPS[key], f"{value:.4g}")
-    _row(table, "loads", facts["loads"])
-    _row(table, "initial curvature", facts["initial_curvature"])
+        row(table, _GROUPS[key], f"{value:.4g}")
+    row(table, "loads", facts["loads"])
+    row(table, "initial curvature", facts["initial_curvature"])
     material = facts["material"]
-    _row(table, "material", material["name"] or "three laws of its own")
+    row(table, "material", material["name"] or "three laws of its own")
     for law in ("preference", "flow", "threshold"):
-        _row(table, f"  {law}", material[law])
+        row(table, f"  {law}", material[law])
     for name, value in material["parameters"].items():
-        _row(table, f"  {name}", value)
+        row(table, f"  {name}", value)
     for verdict in facts["admissibility"]:
-        _row(table, "holds" if verdict["holds"] else "FAILS", verdict["sentence"])
+        row(table, "holds" if verdict["holds"] else "FAILS", verdict["sentence"])
     for words in _plan_words(facts["plan"]):
-        _row(table, *words)
+        row(table, *words)
     for note in facts["notes"]:
-        _row(table, "note", note)
+        row(table, "note", note)
     for file in files:
-        _row(table, "would write", file)
+        row(table, "would write", file)
     console.print(table)
 
 
@@ -120,5 +122,5 @@ def print_batch(console: Console, rows: Sequence[tuple[Path, int, str, float]]) 
         table.add_column(heading)
     ended = {0: "done", 1: "computation failed", 2: "mistake"}
     for file, code, words, seconds in rows:
-        _row(table, file.name, ended[code], words, f"{seconds:.2f}")
+        row(table, file.name, ended[code], words, f"{seconds:.2f}")
     console.print(table)

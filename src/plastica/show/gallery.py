@@ -10,6 +10,7 @@ from plastica.equilibria.equilibrium_set import EquilibriumSet
 from plastica.equilibria.limits import Limit
 from plastica.equilibria.rest import Rest
 from plastica.equilibria.spectrum import Spectrum
+from plastica.motion.solution import Solution
 from plastica.show.admissible import set_figure
 from plastica.show.modes import spectrum_figure
 from plastica.show.rods import equilibrium_figure, limit_figure, rest_figure
@@ -28,8 +29,16 @@ _PICTURES: tuple[tuple[type, Callable[[Any], Figure]], ...] = (
 )
 
 
-def drawn(result: object) -> Figure | None:
-    """Return the picture of a result; None where there is none for its type."""
+def drawn(result: object, path: Solution | None = None) -> Figure | None:
+    """Return the picture of a result; None where there is none for its type.
+
+    Parameters
+    ----------
+    result : object
+        What `plastica.plot` was given.
+    path : Solution or None
+        A motion to draw into it, which only a phase diagram has a place for.
+    """
     for kind, picture in _PICTURES:
         if isinstance(result, kind):
             return picture(result)

@@ -26,13 +26,15 @@ WIDTH: Final = 6.6
 __all__ = ["curvature_map", "ending", "energies", "loads", "natural", "plot", "shapes"]
 
 
-def plot(result: object) -> Figure:
+def plot(result: object, *, path: Solution | None = None) -> Figure:
     """Draw a result.
 
     Parameters
     ----------
     result : Solution, Equilibrium, EquilibriumSet, Spectrum, Limit, Rest, branches, capacity, PhaseDiagram or Basin
         What a function of this package returned.
+    path : Solution, optional
+        A motion whose path is drawn into a phase diagram.
 
     Returns
     -------
@@ -54,7 +56,7 @@ def plot(result: object) -> Figure:
     """
     if isinstance(result, Solution):
         return overview(result)
-    figure = drawn(result)
+    figure = drawn(result, path)
     if figure is None:
         raise ArgumentError(
             "must be a result that there is a picture for, such as a Solution",

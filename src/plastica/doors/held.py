@@ -1,0 +1,182 @@
+"""What a scenario holds for ever: its material and specimen under one thrust; and how options are read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.equilibria.catalog import equilibria_at
+from plastica.equilibria.rest import settle
+from plastica.errors import ArgumentError
+from plastica.material.material import Material
+from plastica.physics.amounts import finite
+from plastica.physics.load import Load
+from plastica.physics.scales import Scales, Specimen
+from plastica.study.scenario import Scenario, read_scenario
+
+__all__ = ["Held", "held", "span"]
+
+EULER = 0.25 * math.pi**2
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A rod under a thrust that stays.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Where it comes from.
+    gamma : float
+        The thrust, in EI/L^2.
+    source : str
+        Why this thrust: "the largest of the scenario", or "as given".
+    """
+
+    scenario: Scenario
+    gamma: float
+    source: str
+
+    @property
+    def file(self) -> Path:
+        """The scenario's file."""
+        return self.scenario.file
+
+    @property
+    def title(self) -> str:
+        """What the user calls it."""
+        return self.scenario.title
+
+    @property
+    def material(self) -> Material:
+        """Its three laws."""
+        return self.scenario.model.material
+
+    @property
+    def specimen(self) -> Specimen | None:
+        """What it is made into; None in a dimensionless scenario."""
+        return self.scenario.model.specimen
+
+    @property
+    def scales(self) -> Scales:
+        """From dimensionless numbers to those of the scenario."""
+        return self.scenario.model.scales
+
+    def clamp_curvature(self, given: str | None) -> float:
+        """Return the dimensionless clamp curvature of an equilibrium: as given, or of the start's static shape.
+
+        Raises
+        ------
+        ArgumentError
+            Where the text is none, or there is no static shape to be found.
+        """
+        if given is not None:
+            return _number(given, "1/m", "--alpha", self.specimen, self.scales.curvature)
+        problem = self.scenario.problem
+        size = problem.strut.grid.size
+        strut, mu_nat = problem.strut.with_load(Load(thrust=self.gamma * self.scales.force)), float(problem.y0[size])
+        shape = settle(strut, problem.y0[:size], mu_nat)
+        alpha = float(strut.curvature_between([0.0], shape.mu[None, :], [0.0])[0, 0])
+        exact = [each.alpha for each in equilibria_at(self.gamma, mu_nat)]
+        nearest = min(exact, key=lambda each: abs(each - alpha), default=math.inf)
+        if not shape.converged or abs(nearest - alpha) > 1e-3 * max(1.0, abs(alpha)):
+            raise ArgumentError("must be given where the start comes to no static shape", where="--alpha", value=alpha)
+        return nearest
+
+    def thrusts(self, gamma: str | None, thrust: str | None, count: int) -> NDArray[np.float64]:
+        """Return thrusts in EI/L^2 for a capacity chart, equally spaced over the range that was given.
+
+        Raises
+        ------
+        ArgumentError
+            Where both ranges are given, or one cannot be read.
+        """
+        if gamma is not None and thrust is not None:
+            raise ArgumentError("must not be given together with --thrust", where="--gamma", value=gamma)
+        if thrust is not None:
+            low, high = span(thrust, "--thrust", least=0.0, unit="N", specimen=self.specimen)
+        else:
+            low, high = (0.4 * EULER, 1.05 * EULER) if gamma is None else span(gamma, "--gamma", least=0.0)
+        return np.linspace(low, high, count)
+
+
+def held(file: Path, thrust: str | None, gamma: float | None) -> Held:
+    """Read a scenario, and find the thrust that is held.
+
+    Parameters
+    ----------
+    file : Path
+        The scenario.
+    thrust : str or None
+        Text with a unit in SI, a number otherwise.
+    gamma : float or None
+        The same in EI/L^2; without either it is the largest thrust of the scenario.
+
+    Raises
+    ------
+    PlasticaError
+        Where the scenario has mistakes, has loads beside a thrust, or the thrust is given twice or is no thrust.
+    """
+    if thrust is not None and gamma is not None:
+        raise ArgumentError("must not be given together with --thrust", where="--gamma", value=gamma)
+    scenario = read_scenario(file)
+    strut = scenario.problem.strut
+    others = sorted({name for name, _ in strut.loads.sources()} - {"thrust"})
+    if others:
+        raise ArgumentError(
+            "must be a thrust alone where equilibria are asked for",
+            where=f"{file}: load",
+            value=", ".join(others),
+            next_step="Leave the other loads out; plastica run follows a rod under any of them.",
+        )
+    if thrust is not None:
+        value = _number(thrust, "N", "--thrust", scenario.model.specimen, scenario.model.scales.force)
+    elif gamma is not None:
+        value = gamma
+    else:
+        value = max(strut.loads.thrust.extreme(scenario.plan.end))
+    where = "--gamma" if thrust is None else "--thrust"
+    if not (math.isfinite(value) and value >= 0.0):
+        raise ArgumentError("must be a thrust, at least 0 (tension is not treated)", where=where, value=value)
+    given = thrust is not None or gamma is not None
+    return replace(Held(scenario, float(value), ""), source="as given" if given else "the largest of the scenario")
+
+
+def span(
+    text: str, where: str, *, least: float = -math.inf, unit: str = "", specimen: Specimen | None = None
+) -> tuple[float, float]:
+    """Read a range LO:HI of dimensionless numbers, or of quantities with units.
+
+    Raises
+    ------
+    ArgumentError
+        Where it is no range, is empty, or begins below `least`.
+    """
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise ArgumentError("must be a range LO:HI", where=where, value=text, next_step=f"For example {where} 1:2.")
+    scale = 1.0 if specimen is None else specimen.scales.force
+    ends = tuple(_number(each.strip(), unit, where, specimen if unit else None, scale) for each in (low, high))
+    if not least <= ends[0] < ends[1]:
+        from_ = "" if math.isinf(least) else f" and start at {least:g} or above"
+        raise ArgumentError(f"must be a range LO:HI with LO below HI{from_}", where=where, value=text)
+    return ends[0], ends[1]
+
+
+def _number(text: str, unit: str, where: str, specimen: Specimen | None, scale: float) -> float:
+    """A dimensionless number from text: with a unit where there is a specimen, plain otherwise."""
+    try:
+        plain = float(text)
+    except ValueError:
+        if specimen is None:
+            raise ArgumentError("must be a plain number in a dimensionless scenario", where=where, value=text) from None
+        return finite(text, unit, where) / scale
+    if specimen is not None and where == "--thrust":
+        finite(text, unit, where)
+    if not math.isfinite(plain):
+        raise ArgumentError("must be finite", where=where, value=text)
+    return plain
