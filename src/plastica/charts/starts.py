@@ -1,0 +1,103 @@
+"""Families of starts: an amplitude times one shape, whose limits the charts ask for."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.equilibria.equilibrium_set import EquilibriumSet
+from plastica.errors import ArgumentError
+from plastica.physics.initial import Shape, initial_shape, nodal_values
+from plastica.physics.strut import Strut
+from plastica.units import looks_like_quantity
+
+__all__ = ["NODES", "interval_of", "read_shape", "scaled"]
+
+Array = NDArray[np.float64]
+
+NODES = 24
+"""Nodes of the runs of a chart where the user does not say."""
+
+ON_EDGE = 1e-9
+"""How far, relative to one or its own size, a limit may lie beyond an edge and count as on it."""
+
+
+def read_shape(text: object, strut: Strut, where: str) -> tuple[Shape, float]:
+    """Read a shape.
+
+    Parameters
+    ----------
+    text : str
+        In s: in m with a specimen, else in units of L.
+    strut : Strut
+        The rod, on a grid with a number of nodes.
+    where : str
+        The argument, for messages.
+
+    Returns
+    -------
+    Shape
+        As a dimensionless curvature.
+    float
+        The largest size of the shape as written, at the nodes.
+
+    Raises
+    ------
+    ArgumentError
+        Where it is no such text, or not finite along the rod.
+    """
+    if not isinstance(text, str) or looks_like_quantity(text):
+        raise ArgumentError("must be text in s, without a unit", where=where, value=text)
+    try:
+        written, grid = initial_shape(text, strut.grid, strut.scales, si=strut.specimen is not None)
+        values = nodal_values(written, grid)
+    except ArgumentError as error:
+        raise ArgumentError(f"must be text in s ({str(error).rstrip('.')})", where=where, value=text) from None
+    return written, float(np.abs(values).max()) / strut.scales.length
+
+
+def scaled(written: Shape, amplitude: float, strut: Strut) -> Shape:
+    """Return an amplitude in the user's units times a shape from `read_shape`.
+
+    Parameters
+    ----------
+    written : Shape
+        The shape.
+    amplitude : float
+        In 1/m with a specimen, else in 1/L.
+    strut : Strut
+        The rod.
+
+    Returns
+    -------
+    Shape
+        In the user's units, as `solve` takes it.
+    """
+    length = strut.scales.length
+
+    def function(s: Array) -> Array:
+        return np.asarray(amplitude * np.asarray(written.function(s / length), dtype=float) / length)
+
+    return Shape(function, tuple(b * length for b in written.breaks), f"{amplitude:g} * ({written.words})")
+
+
+def interval_of(found: EquilibriumSet, alpha: float) -> int | None:
+    """Tell in which interval of the admissible set a limit lies, counted from that of the straight rod.
+
+    Parameters
+    ----------
+    found : EquilibriumSet
+        All equilibria of the thrust.
+    alpha : float
+        Clamp curvature of the limit.
+
+    Returns
+    -------
+    int or None
+        0 for the interval that contains the straight rod, 1, 2, ... above and -1, -2, ... below; ends belong to it.
+        None for one that lies in none, such as an isolated point.
+    """
+    away = [max(lo - alpha, alpha - hi, 0.0) for lo, hi in found.intervals]
+    centre = next(i for i, (lo, hi) in enumerate(found.intervals) if lo <= 0.0 <= hi)
+    best = int(np.argmin(away))
+    return best - centre if away[best] <= ON_EDGE * max(1.0, abs(alpha)) else None
