@@ -1,9 +1,9 @@
 """All equilibria: the admissible set with its ends and folds, and all shapes at one frozen natural curvature.
 
 Why nothing is missing. phi_alpha(1) and phi_alpha'(1) are analytic in alpha, and so is D -+ Theta but where a law has a
-kink at the natural curvature phi_alpha'(1); these alpha are found first. Piecewise Chebyshev interpolants, verified between
-their nodes and down to rounding, are examined for all their roots (`plastica.numerics.roots`), with a cut at the
-separatrix 4 gamma = alpha^2, next to which everything varies within exp(-gamma^(1/2)); and the a-priori bounds of
+kink at the natural curvature phi_alpha'(1); these alpha are found first. Piecewise Chebyshev interpolants, verified
+between their nodes and down to rounding, are examined for all their roots (`plastica.numerics.roots`), with a cut at
+the separatrix 4 gamma = alpha^2, next to which everything varies within exp(-gamma^(1/2)); and the a-priori bounds of
 `plastica.equilibria.reach` show that there is nothing beyond the range.
 
 What could be missed: two limiting equilibria that are nearer to one another than `Limiting.error` are one tangency;
@@ -32,7 +32,7 @@ from plastica.numerics.roots import Roots, roots_of_rows
 from plastica.physics.laws import laws_of
 from plastica.physics.scales import Specimen
 
-__all__ = ["equilibria", "equilibria_at"]
+__all__ = ["equilibria", "equilibria_at", "number"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

@@ -168,19 +168,18 @@ def _interpolate(f: RowFunction, size: RowFunction | None, row: Rows, a: Array, 
 
     every = np.arange(row.size)
     sampled = at(f, _NODES, every)
-    finite = np.isfinite(sampled).all(axis=1)
+    finite = np.isfinite(sampled).min(axis=1)
     c = np.where(finite[:, None], sampled, 0.0) @ _TO_COEFFICIENTS.T
     slope = np.abs(c @ _SLOPES).max(axis=1) / half
     known = np.abs(sampled).max(axis=1) + np.maximum(np.abs(a), np.abs(b)) * slope
     if size is not None:
         known = known + at(size, _NODES[:: _N // 4], every).max(axis=1)
     tail = np.abs(c[:, -_TAIL:]).max(axis=1)
-    good = np.zeros(row.size, dtype=bool)
-    good[:] = finite & (tail <= _ROUNDING * known)
+    good = np.asarray(finite & (tail <= _ROUNDING * known), dtype=bool)
     off = np.zeros(row.size)
     chosen = np.flatnonzero(good)
     if chosen.size:
         off[chosen] = np.abs(at(f, _CHECKS, chosen) - c[chosen] @ _AT_CHECKS.T).max(axis=1)
-        good[chosen] = off[chosen] <= _ROUNDING * known[chosen]
+    good &= off <= _ROUNDING * known
     tolerance = np.maximum(_FLOOR * known, np.maximum(4.0 * tail, 2.0 * off))
     return Pieces(row, a, b, c, tolerance, ~good)

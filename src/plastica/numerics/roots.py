@@ -21,7 +21,7 @@ from plastica.errors import ArgumentError
 from plastica.numerics import chebyshev as ch
 from plastica.numerics.brackets import bracketed
 
-__all__ = ["Root", "Roots", "roots", "roots_of_rows"]
+__all__ = ["Root", "Roots", "bracketed", "roots", "roots_of_rows"]
 
 Array: TypeAlias = NDArray[np.float64]
 Rows: TypeAlias = NDArray[np.int64]
