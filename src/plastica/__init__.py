@@ -3,13 +3,22 @@
 The public nouns and verbs; each is imported when it is first used, so that ``import plastica`` is quick.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from plastica._version import __version__
 
 if TYPE_CHECKING:
+    from plastica.charts.basin import Basin, basin
+    from plastica.charts.capacity import capacity
+    from plastica.charts.phase import PhaseDiagram, phase_diagram
+    from plastica.charts.thresholds import Thresholds, thresholds
+    from plastica.equilibria.branches import branches, fold_curve
+    from plastica.equilibria.catalog import equilibria, equilibria_at
     from plastica.equilibria.equilibrium import Equilibrium, equilibrium
+    from plastica.equilibria.equilibrium_set import EquilibriumSet
     from plastica.equilibria.limits import Limit, predict_limit
     from plastica.equilibria.projection import asymptotic_phase
     from plastica.equilibria.rest import Rest, rest
@@ -35,12 +44,15 @@ if TYPE_CHECKING:
     from plastica.study.measured import measured_shape
 
 _HOMES = {
+    "Basin": "plastica.charts.basin",
     "Equilibrium": "plastica.equilibria.equilibrium",
+    "EquilibriumSet": "plastica.equilibria.equilibrium_set",
     "Grid": "plastica.numerics.grid",
     "Ledger": "plastica.physics.ledger",
     "Limit": "plastica.equilibria.limits",
     "Load": "plastica.physics.load",
     "Material": "plastica.material.material",
+    "PhaseDiagram": "plastica.charts.phase",
     "Rest": "plastica.equilibria.rest",
     "Shape": "plastica.physics.initial",
     "Solution": "plastica.motion.solution",
@@ -48,12 +60,20 @@ _HOMES = {
     "Spectrum": "plastica.equilibria.spectrum",
     "Status": "plastica.motion.status",
     "Strut": "plastica.physics.strut",
+    "Thresholds": "plastica.charts.thresholds",
     "Verdict": "plastica.material.admissibility",
     "asymptotic_phase": "plastica.equilibria.projection",
+    "basin": "plastica.charts.basin",
+    "branches": "plastica.equilibria.branches",
+    "capacity": "plastica.charts.capacity",
+    "equilibria": "plastica.equilibria.catalog",
+    "equilibria_at": "plastica.equilibria.catalog",
     "equilibrium": "plastica.equilibria.equilibrium",
     "film": "plastica.show.film",
+    "fold_curve": "plastica.equilibria.branches",
     "measured_shape": "plastica.study.measured",
     "omega_limit": "plastica.motion.longtime",
+    "phase_diagram": "plastica.charts.phase",
     "piecewise": "plastica.physics.initial",
     "plot": "plastica.show.plots",
     "predict_limit": "plastica.equilibria.limits",
@@ -62,17 +82,21 @@ _HOMES = {
     "rest": "plastica.equilibria.rest",
     "solve": "plastica.motion.solve",
     "spectrum": "plastica.equilibria.spectrum",
+    "thresholds": "plastica.charts.thresholds",
     "time_one_map": "plastica.motion.longtime",
 }
 _MODULES = {"catalogue": "plastica.material.catalogue", "programs": "plastica.physics.programs"}
 
 __all__ = [
+    "Basin",
     "Equilibrium",
+    "EquilibriumSet",
     "Grid",
     "Ledger",
     "Limit",
     "Load",
     "Material",
+    "PhaseDiagram",
     "Rest",
     "Shape",
     "Solution",
@@ -80,14 +104,22 @@ __all__ = [
     "Spectrum",
     "Status",
     "Strut",
+    "Thresholds",
     "Verdict",
     "__version__",
     "asymptotic_phase",
+    "basin",
+    "branches",
+    "capacity",
     "catalogue",
+    "equilibria",
+    "equilibria_at",
     "equilibrium",
     "film",
+    "fold_curve",
     "measured_shape",
     "omega_limit",
+    "phase_diagram",
     "piecewise",
     "plot",
     "predict_limit",
@@ -97,6 +129,7 @@ __all__ = [
     "rest",
     "solve",
     "spectrum",
+    "thresholds",
     "time_one_map",
 ]
 
@@ -115,3 +148,14 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+class _Package(ModuleType):
+    """The package, whose `equilibria` is the verb also after something has imported the layer of that name."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
