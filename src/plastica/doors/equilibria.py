@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from plastica.errors import ArgumentError
+
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
@@ -17,14 +19,29 @@ DONE, FAILED = 0, 1
 
 _FILE = click.Path(path_type=Path)
 
+SUFFIXES: Final = (".png", ".svg", ".pdf")
+
 MOST_COUNT: Final = 200
 """Thrusts of a capacity chart, and eigenvalues: each costs time."""
+
+
+def _picture(_context: click.Context, _option: click.Parameter, value: Path | None) -> Path | None:
+    """Refuse a picture that could not be written, before anything is computed."""
+    if value is None:
+        return None
+    if value.suffix.lower() not in SUFFIXES:
+        raise ArgumentError(f"must end in one of {', '.join(SUFFIXES)}", where="--plot", value=str(value))
+    if not value.parent.is_dir():
+        raise ArgumentError("must be a file in a folder that exists", where="--plot", value=str(value))
+    return value
 
 
 def _common(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add what all four commands take: the scenario, --json and --plot."""
     for option in (
-        click.option("--plot", "picture", type=_FILE, help="Draw it into this file (.png, .svg or .pdf)."),
+        click.option(
+            "--plot", "picture", type=_FILE, callback=_picture, help="Draw it into this file (.png, .svg or .pdf)."
+        ),
         click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."),
         click.argument("scenario", type=_FILE),
     ):
@@ -118,7 +135,9 @@ def phase_diagram(
 
 @click.command()
 @_common
-@click.option("--gamma", help="Range of thrusts LO:HI, in EI/L².  [default: to just beyond Euler's load]")
+@click.option(
+    "--gamma", help="Range of thrusts LO:HI, in EI/L².  [default: about where a gap opens, to beyond Euler's load]"
+)
 @click.option("--thrust", help='Range of thrusts LO:HI with units ("0.2 N:0.7 N"), where the scenario is in SI.')
 @click.option("--count", default=12, show_default=True, type=click.IntRange(1, MOST_COUNT), help="How many thrusts.")
 @click.option(

@@ -59,21 +59,16 @@ def print_equilibria(console: Console, facts: dict[str, Any], files: Sequence[Pa
     row(head, "", facts["sentence"])
     _files(head, files)
     console.print(head)
-    table = _grid(
-        (
-            "which",
-            "alpha (times L)",
-            _named("clamp curvature", units["curvature"], "1/L"),
-            _named("natural curvature", units["curvature"], "1/L"),
-            _named("drive", units["drive"], "EI"),
-            "what it is",
-        )
-    )
-    for kind, rows in (("|drive| = threshold", facts["limiting"]), ("fold", facts["folds"])):
+    bare = units["curvature"] == "1"
+    clamp = [] if bare else [_named("clamp curvature", units["curvature"], "1/L")]
+    numbers = (_named("natural curvature", units["curvature"], "1/L"), _named("drive", units["drive"], "EI"))
+    table = _grid(("which", "alpha (times L)", *clamp, *numbers, "what it is"))
+    for kind, rows in (("limiting", facts["limiting"]), ("fold", facts["folds"])):
         for each in rows:
             words = each.get("standing") or f"{'admissible' if each['admissible'] else 'not admissible'}: snaps here"
-            numbers = (each["clamp_curvature"], each["natural_curvature"], each["drive"])
-            row(table, kind, f"{each['alpha']:.6g}", *(f"{value:.4g}" for value in numbers), words)
+            first = [] if bare else [each["clamp_curvature"]]
+            values = [f"{value:.4g}" for value in (*first, each["natural_curvature"], each["drive"])]
+            row(table, kind, f"{each['alpha']:.6g}", *values, words)
     console.print(table)
 
 
@@ -137,13 +132,13 @@ def print_capacity(console: Console, facts: dict[str, Any], files: Sequence[Path
         row(head, words, load)
     kind = facts["imperfection"]
     row(head, "imperfection", "a natural bow, without load" if kind == "natural" else f"bent into {kind}")
-    for sentence in facts["sentences"]:
-        row(head, "", sentence)
+    row(head, "", facts["sentence"])
     _files(head, files)
     console.print(head)
     names = [_named("thrust", units["force"], "EI/L²"), "Euler loads"]
     table = _grid((*names, _named("bears up to", units["curvature"], "1/L"), "times L"))
     for each in facts["rows"]:
         bears = "any tried" if each["largest"] == float("inf") else f"{each['largest_imperfection']:.4g}"
-        row(table, f"{each['thrust']:.4g}", f"{each['over_euler']:.4g}", bears, f"{each['largest']:.4g}")
+        times = "" if each["largest"] == float("inf") else f"{each['largest']:.4g}"
+        row(table, f"{each['thrust']:.4g}", f"{each['over_euler']:.4g}", bears, times)
     console.print(table)

@@ -170,7 +170,7 @@ def capacity_facts(rod: Held, found: Any) -> dict[str, Any]:
         },
         "rows": rows,
         "imperfection": str(found.attrs.get("imperfection", "natural")),
-        "sentences": [str(found.attrs[name]) for name in found.attrs if name.startswith("sentence")],
+        "sentence": str(found.attrs["sentence"]),
     }
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.charts.thresholds import thresholds
 from plastica.equilibria.catalog import equilibria_at
 from plastica.equilibria.rest import settle
 from plastica.errors import ArgumentError
@@ -90,6 +91,9 @@ class Held:
     def thrusts(self, gamma: str | None, thrust: str | None, count: int) -> NDArray[np.float64]:
         """Return thrusts in EI/L^2 for a capacity chart, equally spaced over the range that was given.
 
+        Without a range: one below the thrust at which a gap opens, and the rest from just above it to beyond Euler's
+        load.
+
         Raises
         ------
         ArgumentError
@@ -98,10 +102,13 @@ class Held:
         if gamma is not None and thrust is not None:
             raise ArgumentError("must not be given together with --thrust", where="--gamma", value=gamma)
         if thrust is not None:
-            low, high = span(thrust, "--thrust", least=0.0, unit="N", specimen=self.specimen)
-        else:
-            low, high = (0.4 * EULER, 1.05 * EULER) if gamma is None else span(gamma, "--gamma", least=0.0)
-        return np.linspace(low, high, count)
+            return np.linspace(*span(thrust, "--thrust", least=0.0, unit="N", specimen=self.specimen), count)
+        if gamma is not None:
+            return np.linspace(*span(gamma, "--gamma", least=0.0), count)
+        opens = thresholds(self.material, specimen=self.specimen).gamma_star_star
+        if opens is None or count < 3:
+            return np.linspace(0.4 * EULER, 1.05 * EULER, count)
+        return np.append(0.8 * opens, np.linspace(1.001 * opens, max(1.05 * EULER, 1.25 * opens), count - 1))
 
 
 def held(file: Path, thrust: str | None, gamma: float | None) -> Held:

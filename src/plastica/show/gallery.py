@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from plastica.charts.basin import Basin
+from plastica.charts.phase import PhaseDiagram
+from plastica.equilibria.branches import Branch, FoldCurve
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.equilibria.equilibrium_set import EquilibriumSet
 from plastica.equilibria.limits import Limit
@@ -12,6 +15,8 @@ from plastica.equilibria.rest import Rest
 from plastica.equilibria.spectrum import Spectrum
 from plastica.motion.solution import Solution
 from plastica.show.admissible import set_figure
+from plastica.show.branches import branches_figure, folds_figure
+from plastica.show.charts import basin_figure, capacity_figure, is_capacity, phase_figure
 from plastica.show.modes import spectrum_figure
 from plastica.show.rods import equilibrium_figure, limit_figure, rest_figure
 
@@ -26,7 +31,10 @@ _PICTURES: tuple[tuple[type, Callable[[Any], Figure]], ...] = (
     (Spectrum, spectrum_figure),
     (Limit, limit_figure),
     (Rest, rest_figure),
+    (Basin, basin_figure),
 )
+
+_SEVERAL: tuple[tuple[type, Callable[[Any], Figure]], ...] = ((Branch, branches_figure), (FoldCurve, folds_figure))
 
 
 def drawn(result: object, path: Solution | None = None) -> Figure | None:
@@ -39,6 +47,17 @@ def drawn(result: object, path: Solution | None = None) -> Figure | None:
     path : Solution or None
         A motion to draw into it, which only a phase diagram has a place for.
     """
+    if isinstance(result, PhaseDiagram):
+        return phase_figure(result, path)
+    found: Any = result
+    if is_capacity(found):
+        return capacity_figure(found)
+    if isinstance(result, (Branch, FoldCurve)):
+        found = (result,)
+    if isinstance(found, (tuple, list)) and found:
+        for each, several in _SEVERAL:
+            if all(isinstance(part, each) for part in found):
+                return several(found)
     for kind, picture in _PICTURES:
         if isinstance(result, kind):
             return picture(result)
