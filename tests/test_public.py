@@ -45,7 +45,7 @@ SIGNATURES = {
     "measured_shape": "file, columns, length, *si, *length_unit=None, *curvature_unit=None, *smoothing=None",
     "read": "path",
     "piecewise": "breaks, pieces",
-    "plot": "result",
+    "plot": "result, *path=None",
     "report": "solution, path, *film_seconds=8.0",
     "film": "solution, path, seconds=8.0, *fps=12.5, *width=720",
     "programs.constant": "value",

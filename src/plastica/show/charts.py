@@ -62,7 +62,7 @@ def capacity_figure(found: xarray.Dataset) -> Figure:
     Returns
     -------
     Figure
-        Below the line (green) the rod stays near its straight shape for ever; above it (red) it creeps away. Upright,
+        Below the line (green) the rod ends in the interval of the straight rod; above it (red) it creeps away. Upright,
         the critical thrusts. In SI where there was a specimen.
     """
     gamma, largest = (np.asarray(found[name].values, dtype=float) for name in ("gamma", "largest"))
@@ -87,8 +87,8 @@ def capacity_figure(found: xarray.Dataset) -> Figure:
         ax.set_xlabel(across.label)
         ax.set_ylabel(axis.label)
         handles = [
-            Patch(facecolor=ADMISSIBLE, label="stays near straight for ever"),
-            Patch(facecolor=LEAVES, label="creeps away, sooner or later"),
+            Patch(facecolor=ADMISSIBLE, label="ends in the interval of the straight rod"),
+            Patch(facecolor=LEAVES, label="creeps away to another, sooner or later"),
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=8.5)
         shape = str(found.attrs.get("imperfection", "natural"))
