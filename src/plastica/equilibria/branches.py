@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.equilibria.elastica import LARGEST_GAMMA, ends
-from plastica.equilibria.frozen import frozen_alphas, number, pieces_for
+from plastica.equilibria.elastica import ends
+from plastica.equilibria.frozen import LAYER, frozen_alphas, number, pieces_for
 from plastica.equilibria.level_curves import Curve, Level, curves
 from plastica.equilibria.oscillation import unstable_count
 from plastica.equilibria.reach import fold_reach
@@ -28,6 +28,9 @@ Rows = NDArray[np.int64]
 Triple = tuple[Array, Array, Array]
 
 MOST_POINTS = 100_000
+
+SMALLEST = 1e-12
+"""Natural curvature below which the imperfect pitchforks cannot be told from perfect ones: it counts as 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,12 +163,14 @@ def branches(
     Notes
     -----
     *Good values*: gamma to 100. *Limits*: two folds of one branch that both lie between two neighbouring columns (some
-    0.3 apart in gamma^(1/2)), and a closed branch that does, are overlooked. At natural curvature 0 the straight rod
-    is a branch of its own, and each pair of buckled ones is one branch with a fold at alpha = 0.
+    0.3 apart in gamma^(1/2)), and a closed branch that does, are overlooked. At natural curvature 0, as which below
+    1e-12 counts, the straight rod is a branch of its own, and each pair of buckled ones is one branch with a fold at
+    alpha = 0.
 
     Checked by test_branches_hold_all_equilibria_of_every_column, test_branch_folds.
     """
-    natural = number(natural_curvature, "natural_curvature")
+    given = number(natural_curvature, "natural_curvature")
+    natural = given if abs(given) > SMALLEST else 0.0
     low, high = _thrusts(gamma)
     thrusts = _columns(low, high, count)
 
@@ -290,8 +295,9 @@ def _thrusts(gamma: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise ArgumentError("must be a pair (low, high)", where="gamma", value=gamma) from None
     low, high = number(low, "gamma", least=0.0), number(high, "gamma", least=0.0)
-    if not low < high <= LARGEST_GAMMA:
-        raise ArgumentError(f"must be a range low < high <= {LARGEST_GAMMA:g}", where="gamma", value=gamma)
+    if not low < high <= LAYER:
+        rule = f"must be a range low < high <= {LAYER:g}"
+        raise ArgumentError(rule, where="gamma", value=gamma, next_step="Beyond it branches cannot be told apart.")
     return low, high
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from plastica.equilibria.elastica import LARGEST_ALPHA, Ends, drive, ends
 from plastica.equilibria.equilibrium import Equilibrium, frozen_equilibrium
 from plastica.equilibria.equilibrium_set import EquilibriumSet, Fold, Limiting, interval_words
-from plastica.equilibria.frozen import LONGEST, frozen_alphas, number, pieces_for
+from plastica.equilibria.frozen import LAYER, LONGEST, frozen_alphas, number, pieces_for
 from plastica.equilibria.oscillation import unstable_count
 from plastica.equilibria.reach import FALLBACK, Reach, fold_reach, reach
 from plastica.errors import ArgumentError
@@ -36,9 +36,6 @@ __all__ = ["equilibria", "equilibria_at", "number"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
-
-LAYER = 700.0
-"""Thrust up to which the layer at the separatrix, of relative width exp(-gamma^(1/2)), is resolved in doubles."""
 
 
 def equilibria(
@@ -134,12 +131,12 @@ def equilibria_at(gamma: float, natural_curvature: float) -> tuple[Equilibrium, 
     Returns
     -------
     tuple of Equilibrium
-        In ascending alpha, without a material. Two that are nearer than doubles can tell apart are one: at folds.
+        In ascending alpha, without a material. Two that are nearer than doubles can tell apart, at a fold, are one.
 
     Raises
     ------
     ArgumentError
-        Where an argument is not a finite number, or gamma is negative.
+        Where an argument is not a finite number, or gamma is negative or above 700, where not all can be told apart.
 
     Examples
     --------
@@ -230,10 +227,13 @@ def _limiting_roots(gamma: float, laws: Laws, searched: float, rough: tuple[floa
 def _even(laws: Laws, farthest: float) -> bool:
     """Tell whether both laws are even, at 257 points, up to rounding."""
     m = farthest * np.linspace(0.0, 1.0, 257) ** 2
-    slope, threshold = laws.preference.slope, laws.threshold.value
-    odd, even = slope(m) + slope(-m), threshold(m) - threshold(-m)
     eps = 64.0 * float(np.finfo(float).eps)
-    return bool((np.abs(odd) <= eps * np.abs(slope(m))).all() and (np.abs(even) <= eps * np.abs(threshold(m))).all())
+    with np.errstate(invalid="ignore"):
+        slope, mirrored = laws.preference.slope(m), -laws.preference.slope(-m)
+        threshold, other = laws.threshold.value(m), laws.threshold.value(-m)
+        odd = (slope == mirrored) | (np.abs(slope - mirrored) <= eps * np.abs(slope))
+        even = (threshold == other) | (np.abs(threshold - other) <= eps * np.abs(threshold))
+    return bool(odd.all() and even.all())
 
 
 def _limiting(gamma: float, laws: Laws, sides: list[_Side]) -> list[Limiting]:

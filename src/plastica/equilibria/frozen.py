@@ -12,13 +12,16 @@ from plastica.errors import ArgumentError
 from plastica.numerics.roots import Roots, roots_of_rows
 from plastica.physics.amounts import plain
 
-__all__ = ["LONGEST", "frozen_alphas", "number", "pieces_for"]
+__all__ = ["LAYER", "LONGEST", "frozen_alphas", "number", "pieces_for"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 LONGEST = 1e5
 """Clamp curvature up to which ranges are searched."""
+
+LAYER = 700.0
+"""Thrust up to which the layer at the separatrix, of relative width exp(-gamma^(1/2)), is resolved in doubles."""
 
 PIECE = 4.0
 """Length of the pieces to begin with: beyond the separatrix everything oscillates with a period of 2 pi or more."""
@@ -42,8 +45,15 @@ def frozen_alphas(gamma: Array, natural: float) -> tuple[Roots, ...]:
     Raises
     ------
     ArgumentError
-        Where the natural curvature is too large to be searched.
+        Where the natural curvature or a thrust is too large for all to be told apart.
     """
+    if gamma.max() > LAYER:
+        raise ArgumentError(
+            f"must be at most {LAYER:g} where all equilibria of one natural curvature are asked for",
+            where="gamma",
+            value=float(gamma.max()),
+            next_step="Next to the separatrix they are closer together than doubles can tell.",
+        )
     farthest = np.hypot(natural, 2.0 * np.sqrt(gamma)) * (1.0 + 1e-9) + 1e-3
     if farthest.max() > LONGEST:
         raise ArgumentError(f"must be at most {LONGEST:g} in size", where="natural_curvature", value=natural)

@@ -32,7 +32,10 @@ DEEPEST = 14
 
 
 GRADED = 6
-"""Points between a fold and the next column on either side, equally spaced in alpha."""
+"""Points between a fold and the next column on either side, closer the nearer to the fold."""
+
+APART = 1e-10
+"""Relative distance in gamma from a fold within which no other points are put."""
 
 NEWTON = 12
 EPS = float(np.finfo(float).eps)
@@ -119,10 +122,10 @@ def _columns(level: Level, low: float, high: float, per_unit: float) -> tuple[Ar
     columns = np.linspace(math.sqrt(low), math.sqrt(high), steps + 1) ** 2
     columns[0], columns[-1] = low, high
     found = level.columns(columns)
-    for _ in range(DEEPEST):
+    for halving in range(DEEPEST + 1):
         gaps = [_joined(level, columns[i : i + 2], found[i], found[i + 1]) for i in range(columns.size - 1)]
         wide = [i for i, gap in enumerate(gaps) if gap is None and columns[i + 1] - columns[i] > 1e-9 * columns[i + 1]]
-        if not wide:
+        if not wide or halving == DEEPEST:
             break
         middle = np.array([0.5 * (columns[i] + columns[i + 1]) for i in wide])
         found = _inserted(found, wide, level.columns(middle))
@@ -132,6 +135,8 @@ def _columns(level: Level, low: float, high: float, per_unit: float) -> tuple[Ar
 
 def _apart(lines: tuple[Curve, ...]) -> bool:
     """Tell whether no two curves, or pieces of one, run into one another."""
+    if not lines:
+        return True
     g, a = np.concatenate([line.gamma for line in lines]), np.concatenate([line.alpha for line in lines])
     order = np.lexsort((a, g))
     closed = sum(line.gamma[0] == line.gamma[-1] and line.alpha[0] == line.alpha[-1] for line in lines)
@@ -305,7 +310,9 @@ def _piece(level: Level, coarse: _Line, gamma: Array, turns: tuple[bool, bool]) 
     way = slice(None, None, 1 if forward else -1)
     coarse_g, coarse_a, coarse_room = coarse.gamma[way], coarse.alpha[way], coarse.room[way]
     at_low, at_high = turns if forward else (turns[1], turns[0])
-    inside = gamma[(gamma > coarse_g[0]) & (gamma < coarse_g[-1])]
+    # a column that goes through a fold to rounding is that fold
+    least, most = coarse_g[0] * (1.0 + APART * at_low), coarse_g[-1] * (1.0 - APART * at_high)
+    inside = gamma[(gamma > least) & (gamma < most)]
     # near a fold alpha is smooth in the square root of the distance, far from both in gamma itself
     span = coarse_g[-1] - coarse_g[0]
     stretch, target = (_stretched(x, coarse_g[0], span, at_low, at_high) for x in (coarse_g, inside))
@@ -382,9 +389,9 @@ def _solved(newton: Callable[[Array], tuple[Array, Array]], guess: Array) -> Arr
 
 
 def _graded(level: Level, g: Array, a: Array) -> tuple[Array, Array]:
-    """Put points between a fold, which is the first, and the next point: equally spaced in alpha."""
+    """Put points between a fold, which is the first, and the next point: closer the nearer to the fold."""
     t = np.arange(1, GRADED + 1) / (GRADED + 1.0)
-    between = a[0] + t * (a[1] - a[0])
-    guess = g[0] + t * t * (g[1] - g[0])
-    found = _solved(lambda x: level.plane(np.maximum(x, 0.0), between)[::2], guess)
-    return np.concatenate([g[:1], found, g[1:]]), np.concatenate([a[:1], between, a[1:]])
+    between = g[0] + t * t * (g[1] - g[0])
+    guess = _smooth(np.sqrt(np.abs(g[:4] - g[0])), a[:4], np.sqrt(np.abs(between - g[0])))
+    found = _solved(lambda x: level.plane(between, x)[:2], guess)
+    return np.concatenate([g[:1], between, g[1:]]), np.concatenate([a[:1], found, a[1:]])

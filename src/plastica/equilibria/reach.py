@@ -70,9 +70,7 @@ def reach(gamma: float, laws: Laws) -> Reach:
     for side in (1.0, -1.0):
         with np.errstate(invalid="ignore"):
             gap = np.abs(laws.preference.slope(side * m)) - laws.threshold.value(side * m)
-            # what the gap changes by to the next point: a zero may lie between the two
-            change = np.abs(np.diff(gap, append=gap[-1:]))
-            near = np.flatnonzero(np.abs(gap) <= lever + np.where(np.isnan(change), 0.0, change))
+        near = _near(gap, lever)
         known = np.flatnonzero(~np.isnan(gap))
         last = max(last, int(near[-1]) + 1 if near.size else 0)
         told = known.size and not (near.size and near[-1] >= known[-1])
@@ -81,6 +79,17 @@ def reach(gamma: float, laws: Laws) -> Reach:
         return Reach(math.inf, math.inf, "unknown")
     farthest = float(m[last])
     return Reach(farthest, math.sqrt(farthest**2 + 4.0 * gamma), outside.pop())
+
+
+def _near(gap: Array, lever: Array) -> NDArray[np.int64]:
+    """Return the points next to which |gap| may be as small as the lever: also where it turns, or changes its sign."""
+    with np.errstate(invalid="ignore"):
+        size = np.abs(gap)
+        before, after = np.append(size[:1], size[:-1]), np.append(size[1:], size[-1:])
+        turns = (size <= before) & (size <= after)
+        dip = np.where(turns, np.maximum(before, after) - size, 0.0)
+        changes = np.append(np.sign(gap[:-1]) * np.sign(gap[1:]) < 0.0, False)
+        return np.flatnonzero((size <= lever + np.nan_to_num(dip, posinf=0.0)) | changes)
 
 
 def fold_reach(gamma: float) -> float:

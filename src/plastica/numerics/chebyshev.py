@@ -24,6 +24,9 @@ _ROUNDING: Final = 64.0 * _EPS
 _FLOOR: Final = 4.0 * _EPS
 _TAIL: Final = 4
 _DEEPEST: Final = 60
+_DEEP, _SHARE_OF_ALL = 30, 2.0**-20
+"""After so many halvings that share of the whole function is its scale: a root like |x|^(3/2) has none of its own."""
+
 _MOST: Final = 20_000
 _SHARE: Final = 400
 _NARROW: Final = 2.0**14 * _EPS
@@ -34,7 +37,7 @@ _ANGLES: Final = (2.0 * np.arange(_N) + 1.0) * np.pi / (2.0 * _N)
 _NODES: Final = np.cos(_ANGLES)
 _WEIGHTS: Final = np.where(np.arange(_N) == 0, 1.0, 2.0) / _N
 _TO_COEFFICIENTS: Final = np.cos(np.outer(np.arange(_N), _ANGLES)) * _WEIGHTS[:, None]
-_CHECKS: Final = np.array([-0.999, -0.93, -0.71, -0.39, 0.052, 0.47, 0.78, 0.96, 0.9985])
+_CHECKS: Final = np.array([-1.0, -0.93, -0.71, -0.39, 0.052, 0.47, 0.78, 0.96, 1.0])
 _AT_CHECKS: Final = polynomials.chebvander(_CHECKS, DEGREE)
 _LEFT: Final = _TO_COEFFICIENTS @ polynomials.chebvander(0.5 * (_NODES - 1.0), DEGREE)
 _RIGHT: Final = _TO_COEFFICIENTS @ polynomials.chebvander(0.5 * (_NODES + 1.0), DEGREE)
@@ -122,8 +125,8 @@ def restricted(pieces: Pieces, a: Array, b: Array) -> Pieces:
 def resolve(f: RowFunction, size: RowFunction | None, cuts: Sequence[Array]) -> Pieces:
     """Cut intervals in halves until every piece carries a verified interpolant.
 
-    A piece is accepted when the last coefficients, and the difference to f at nine points between the nodes, are below
-    64 eps (max |f| + |x| max |f'| + size): what rounding of f and of its argument makes unknowable anyway.
+    A piece is accepted when the last coefficients, and the difference to f at both ends and at seven points between
+    the nodes, are below 64 eps (max |f| + |x| max |f'| + size): what rounding makes unknowable anyway.
 
     Parameters
     ----------
@@ -141,9 +144,11 @@ def resolve(f: RowFunction, size: RowFunction | None, cuts: Sequence[Array]) -> 
     row = np.repeat(np.arange(len(cuts)), [cut.size - 1 for cut in cuts])
     a, b = np.concatenate([cut[:-1] for cut in cuts]), np.concatenate([cut[1:] for cut in cuts])
     done: list[Pieces] = []
-    count = 0
+    count, floor = 0, np.zeros(len(cuts))
     for depth in range(_DEEPEST + 1):
-        tried = _interpolate(f, size, row, a, b)
+        tried = _interpolate(f, size, row, a, b, floor[row] if depth >= _DEEP else 0.0 * floor[row])
+        if depth == 0:
+            np.maximum.at(floor, row, _SHARE_OF_ALL * np.nan_to_num(np.abs(tried.c).sum(axis=1)))
         narrow = np.asarray(b - a <= _NARROW * np.maximum(np.abs(a), np.abs(b)))
         if depth > 0:
             tried = replace(tried, unresolved=tried.unresolved | narrow)
@@ -159,7 +164,7 @@ def resolve(f: RowFunction, size: RowFunction | None, cuts: Sequence[Array]) -> 
     return Pieces.joined(done)
 
 
-def _interpolate(f: RowFunction, size: RowFunction | None, row: Rows, a: Array, b: Array) -> Pieces:
+def _interpolate(f: RowFunction, size: RowFunction | None, row: Rows, a: Array, b: Array, floor: Array) -> Pieces:
     centre, half = 0.5 * (a + b), 0.5 * (b - a)
 
     def at(g: RowFunction, t: Array, chosen: Rows) -> Array:
@@ -171,7 +176,7 @@ def _interpolate(f: RowFunction, size: RowFunction | None, row: Rows, a: Array, 
     finite = np.isfinite(sampled).min(axis=1)
     c = np.where(finite[:, None], sampled, 0.0) @ _TO_COEFFICIENTS.T
     slope = np.abs(c @ _SLOPES).max(axis=1) / half
-    known = np.abs(sampled).max(axis=1) + np.maximum(np.abs(a), np.abs(b)) * slope
+    known = floor + np.abs(sampled).max(axis=1) + np.maximum(np.abs(a), np.abs(b)) * slope
     if size is not None:
         known = known + at(size, _NODES[:: _N // 4], every).max(axis=1)
     tail = np.abs(c[:, -_TAIL:]).max(axis=1)

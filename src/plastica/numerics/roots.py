@@ -355,5 +355,5 @@ def _judged(missed: ch.Pieces, vanishing: tuple[tuple[float, float], ...], lo: f
         return True, f"{words}."
     a, b, total = float(missed.a.min()), float(missed.b.max()), float((missed.b - missed.a).sum())
     where = f"in {missed.row.size} pieces between {a:.6g} and {b:.6g}"
-    where = f"near {a:.15g}" if b - a <= 1e-6 * (hi - lo) else where
+    where = f"near {a:.10g}" if b - a <= 1e-6 * (hi - lo) else where
     return False, f"Roots may be missing {where}, {total:.3g} long together, where the function could not be resolved."
