@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 import plastica as pl
 from plastica.show import plots
 
@@ -16,6 +18,25 @@ def strut_held_and_released() -> pl.Solution:
     thrust = pl.programs.ramp_hold_release(2.2, ramp=1.0, hold=100.0, release=1.0)
     strut = pl.Strut(material, pl.Load(thrust=thrust))
     return pl.solve(strut, curvature=0.1, natural_curvature=0.1, until=150.0)
+
+
+def strip() -> tuple[pl.Material, pl.Specimen]:
+    """The strip of `plastica new`."""
+    section = {"shape": "rectangle", "width": "20 mm", "thickness": "1.5 mm"}
+    specimen = pl.Specimen(length="250 mm", youngs_modulus="2.4 GPa", section=section, retardation_time="120 s")
+    size = {"length": specimen.L, "stiffness": specimen.EI, "time": specimen.T}
+    return pl.catalogue.material("one-shape", **size), specimen
+
+
+def charts() -> dict[str, object]:
+    """The pictures of the page on equilibria."""
+    material, specimen = strip()
+    thrusts = np.append(1.3, np.linspace(1.62, 2.59, 15))
+    return {
+        "equilibria.png": pl.plot(pl.equilibria(material, 2.0, specimen=specimen)),
+        "capacity.png": pl.plot(pl.capacity(material, thrusts, specimen=specimen)),
+        "phase.png": pl.plot(pl.phase_diagram(material, (0.0, 4.0), (-4.0, 4.0), specimen=specimen)),
+    }
 
 
 def save(figure: object, name: str) -> Path:
@@ -33,5 +54,7 @@ def save(figure: object, name: str) -> Path:
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     sol = strut_held_and_released()
-    for made in (save(pl.plot(sol), "overview.png"), save(plots.shapes(sol), "shapes.png")):
+    figures = {"overview.png": pl.plot(sol), "shapes.png": plots.shapes(sol), **charts()}
+    for name, figure in figures.items():
+        made = save(figure, name)
         print(made, made.stat().st_size)

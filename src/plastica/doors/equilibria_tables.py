@@ -30,7 +30,7 @@ def _grid(headings: Sequence[str]) -> Table:
     table = Table(box=SIMPLE, pad_edge=False)
     for heading in headings:
         # Words to the left, numbers to the right.
-        words = heading in ("", "what it is", "which")
+        words = heading in ("", "drive", "what it is", "which")
         table.add_column(Text(heading), justify="left" if words else "right")
     return table
 
@@ -59,17 +59,22 @@ def print_equilibria(console: Console, facts: dict[str, Any], files: Sequence[Pa
     row(head, "", facts["sentence"])
     _files(head, files)
     console.print(head)
-    bare = units["curvature"] == "1"
-    clamp = [] if bare else [_named("clamp curvature", units["curvature"], "1/L")]
-    numbers = (_named("natural curvature", units["curvature"], "1/L"), _named("drive", units["drive"], "EI"))
-    table = _grid(("which", "alpha (times L)", *clamp, *numbers, "what it is"))
-    for kind, rows in (("limiting", facts["limiting"]), ("fold", facts["folds"])):
-        for each in rows:
-            words = each.get("standing") or f"{'admissible' if each['admissible'] else 'not admissible'}: snaps here"
-            first = [] if bare else [each["clamp_curvature"]]
-            values = [f"{value:.4g}" for value in (*first, each["natural_curvature"], each["drive"])]
-            row(table, kind, f"{each['alpha']:.6g}", *values, words)
+    bare, unit = units["curvature"] == "1", units["curvature"]
+    clamp = [] if bare else [_named("clamp", unit, "1/L")]
+    table = _grid(("drive", "alpha L", *clamp, _named("natural", unit, "1/L"), "what it is"))
+    for each in facts["limiting"]:
+        kind = f"{'+' if each['side'] > 0 else '−'}threshold"
+        row(table, kind, *_curvatures(each, bare), each["standing"])
+    for each in facts["folds"]:
+        words = "snaps here" if each["admissible"] else "snaps here, not admissible"
+        row(table, "fold", *_curvatures(each, bare), words)
     console.print(table)
+
+
+def _curvatures(place: dict[str, Any], bare: bool) -> list[str]:
+    """Clamp curvature times L and, in SI, as it is; natural curvature."""
+    numbers = [place["natural_curvature"]] if bare else [place["clamp_curvature"], place["natural_curvature"]]
+    return [f"{place['alpha']:.6g}", *(f"{value:.4g}" for value in numbers)]
 
 
 def print_spectrum(console: Console, facts: dict[str, Any], files: Sequence[Path]) -> None:
