@@ -28,7 +28,6 @@ KINDS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
         "angle": ("rad", "angle"),
         "curvature": ("1/m", "curvature"),
         "curvature_rate": ("1/(m*s)", "curvature_rate"),
-        "velocity": ("m/s", "velocity"),
         "force": ("N", "force"),
         "couple": ("N*m", "couple"),
         "distributed": ("N/m", "distributed"),
@@ -155,11 +154,6 @@ class Scales:
         return 1.0 / self.length / self.time
 
     flow = curvature_rate
-
-    @property
-    def velocity(self) -> float:
-        """Scale of velocities, L/T, in m/s."""
-        return self.length / self.time
 
     @property
     def force(self) -> float:
