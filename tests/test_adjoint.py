@@ -101,6 +101,10 @@ def test_tail_tells_resolved_from_unresolved() -> None:
         ({"breaks": (0.0, 0.7, 0.5, 1.0)}, "breaks"),
         ({"breaks": (0.0, float("nan"), 1.0)}, "breaks"),
         ({"breaks": "half"}, "breaks"),
+        ({"breaks": "01"}, "breaks"),
+        ({"breaks": ("0", "1")}, "breaks"),
+        ({"nodes": np.array(16.0)}, "nodes"),
+        ({"nodes": np.array([16])}, "nodes"),
         ({"breaks": tuple(np.linspace(0.0, 1.0, 5000))}, "breaks"),
         ({"nodes": 256, "breaks": tuple(np.linspace(0.0, 1.0, 100))}, "nodes"),
     ],
@@ -108,3 +112,9 @@ def test_tail_tells_resolved_from_unresolved() -> None:
 def test_mistakes(arguments: dict[str, object], word: str) -> None:
     with pytest.raises(ArgumentError, match=f"`{word}` must"):
         pl.Grid(**arguments)  # type: ignore[arg-type]
+
+
+def test_integers_of_any_kind_are_numbers_of_nodes() -> None:
+    for nodes in (np.array(8), np.int32(8)):
+        assert pl.Grid(nodes=nodes) == pl.Grid(8)  # type: ignore[arg-type]
+        assert type(pl.Grid(nodes=nodes).nodes) is int  # type: ignore[arg-type]

@@ -56,9 +56,16 @@ def test_what_a_load_may_be_given_as() -> None:
     assert not load.is_constant
 
 
+def test_arrays_without_axes_are_numbers() -> None:
+    load = Load(thrust=np.array(3.0), transverse=np.array(2), couple=np.float64(0.5), weight=np.array("1 N/m"))
+    assert load == Load(3.0, 2.0, 0.5, "1 N/m")
+    assert type(load.thrust(0.0)) is float
+    assert Load(thrust=programs.constant(np.array(3.0))) == Load(3.0)  # type: ignore[arg-type]
+
+
 @settings(deadline=None, max_examples=50, derandomize=True)
-@given(st.tuples(everything, everything, everything))
-def test_knots_of_a_load_are_those_of_its_programs(given_programs: tuple[Program, Program, Program]) -> None:
+@given(st.tuples(everything, everything))
+def test_knots_of_a_load_are_those_of_its_programs(given_programs: tuple[Program, Program]) -> None:
     load = Load(0.0, *given_programs)
     knots = load.knots(UNTIL)
     assert all(first.t < second.t for first, second in pairwise(knots))
@@ -115,6 +122,13 @@ def test_tension_by_rounding_is_none() -> None:
         Load(thrust="0.2 - 0.21*cos(t - 1)").check(100.0)
 
 
+def test_a_weight_pushes_toward_the_clamp() -> None:
+    with pytest.raises(ArgumentError, match=r"`weight` .*a weight pushes toward the clamp.*but is -1\.0"):
+        Load(weight=-1)
+    Load(weight="0.3 - 0.1 - 0.2*cos(t)").check(100.0)
+    Load(weight="1 - t").check(0.5)
+
+
 def test_loads_settle_with_the_last_of_them() -> None:
     assert Load(thrust=3.0).settled == 0.0
     assert Load(thrust=([0, 2, 2], [1, 1, 0]), couple=programs.cycles(0, 1, 2.0, 3)).settled == 6.0
@@ -136,6 +150,12 @@ BAD: list[tuple[str, Callable[[], Any]]] = [
     ("thrust", lambda: Load(thrust="-1 - t").check(1.0)),
     ("thrust", lambda: Load(thrust="1 - pi")),
     ("thrust", lambda: Load(thrust="sin(t)").check(10.0)),
+    ("weight", lambda: Load(weight=-1e-3)),
+    ("weight", lambda: Load(weight=([0, 1], [1, -1e-3]))),
+    ("weight", lambda: Load(weight="1 - t").check(2.0)),
+    ("couple", lambda: Load(couple=np.array(True))),
+    ("couple", lambda: Load(couple=np.array("one"))),
+    ("couple", lambda: Load(couple=np.array(math.nan))),
     ("thrust", lambda: Load(thrust="3 N*m")),
     ("thrust", lambda: Load(thrust="3 kg")),
     ("thrust", lambda: Load(thrust="nan")),

@@ -171,6 +171,7 @@ def test_stored_and_read_back_it_is_equal() -> None:
     check_stored(strip())
     check_stored(strip(temperature=None))
     check_stored(Specimen(length=np.float32(0.25), bending_stiffness=np.int64(2), retardation_time=10))
+    check_stored(Specimen(length=np.array(0.25), bending_stiffness=np.array(0.035), retardation_time=np.array(10)))
     assert strip().as_given["length"] == "250 mm"
     assert strip().as_given["section"] == STRIP
     assert hash(strip()) == hash(strip())
@@ -187,6 +188,7 @@ BAD: list[tuple[str, Callable[[], object]]] = [
     ("length", lambda: strip(length=True)),
     ("length", lambda: strip(length=None)),
     ("length", lambda: strip(length=[1.0])),
+    ("length", lambda: strip(length=np.array([1.0]))),
     ("length", lambda: strip(length=10**400)),
     ("length", lambda: strip(length="9**9**9 m")),
     ("length", lambda: strip(length="nan m")),

@@ -58,6 +58,8 @@ class Grid:
     breaks: tuple[float, ...] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
+        if isinstance(self.nodes, np.ndarray) and self.nodes.ndim == 0:
+            object.__setattr__(self, "nodes", self.nodes.item())
         if self.nodes != "auto":
             if isinstance(self.nodes, bool) or not isinstance(self.nodes, (int, np.integer)):
                 raise ArgumentError('must be an integer or "auto"', where="nodes", value=self.nodes)
@@ -228,7 +230,7 @@ class Grid:
 def _checked_breaks(breaks: Sequence[float]) -> tuple[float, ...]:
     hint = "Give the ends of the elements, e.g. (0, 0.5, 1)."
     try:
-        ends = tuple(float(b) for b in breaks)
+        ends = tuple(_number(b) for b in breaks)
     except (TypeError, ValueError):
         raise ArgumentError("must be a sequence of numbers", where="breaks", value=breaks, next_step=hint) from None
     increasing = len(ends) >= 2 and all(a < b for a, b in pairwise(ends))
@@ -237,6 +239,13 @@ def _checked_breaks(breaks: Sequence[float]) -> tuple[float, ...]:
     if len(ends) - 1 > LARGEST_ELEMENTS:
         raise ArgumentError(f"must make at most {LARGEST_ELEMENTS} elements", where="breaks", value=len(ends) - 1)
     return ends
+
+
+def _number(value: float) -> float:
+    # A text is a sequence, too, and float would read its characters.
+    if isinstance(value, (str, bytes)):
+        raise TypeError(value)
+    return float(value)
 
 
 def _legendre_table(degree: int, x: Array) -> Array:

@@ -6,6 +6,8 @@ import math
 from numbers import Real
 from typing import Any
 
+import numpy as np
+
 from plastica.errors import ArgumentError
 from plastica.units import quantity
 
@@ -16,7 +18,7 @@ Amount = str | float
 
 
 def plain(value: object) -> Any:
-    """Return a number of any type as a float, and anything else as it is.
+    """Return a number of any type as a float, and anything else as it is; an array without axes is what it holds.
 
     Parameters
     ----------
@@ -28,6 +30,8 @@ def plain(value: object) -> Any:
     object
         The float, infinite if the number is too large for one; or the same object.
     """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             return float(value)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -33,6 +32,9 @@ LOAD_KINDS: Final[Mapping[str, str]] = MappingProxyType(
 """The loads: name → kind of quantity in `plastica.physics.scales.KINDS`."""
 
 
+_PUSHES: Final = ("thrust", "weight")
+"""Loads toward the clamp: negative they would be tension along the rod."""
+
 # A thrust such as 0.3 - 0.1 - 0.2*cos(t) is 0 at its least but for rounding.
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
 
@@ -54,12 +56,12 @@ class Load:
     couple : Given
         m₁ at the free end, in N m.
     weight : Given
-        w, a force per length toward the clamp, in N/m.
+        w, a force per length toward the clamp, in N/m; not negative.
 
     Raises
     ------
     ArgumentError
-        If one of them is no load, has another dimension, or the thrust is negative at some time.
+        If one of them is no load, has another dimension, or thrust or weight is negative at some time.
 
     Examples
     --------
@@ -77,21 +79,23 @@ class Load:
         for name, each in given.items():
             object.__setattr__(self, name, _program(name, each))
         # How long a text is used is known only when it runs: see `check`.
-        if self.thrust.constant or not isinstance(self.thrust, Text):
-            self._refuse_tension(0.0 if self.thrust.constant else math.inf)
+        for name in _PUSHES:
+            program = getattr(self, name)
+            if program.constant or not isinstance(program, Text):
+                self._refuse_tension(name, 0.0 if program.constant else math.inf)
 
-    def _refuse_tension(self, until: float) -> None:
-        least, greatest = _named("thrust", lambda: self.thrust.extreme(until))
+    def _refuse_tension(self, name: str, until: float) -> None:
+        least, greatest = _named(name, lambda: getattr(self, name).extreme(until))
         if least < -_ROUNDING * max(abs(least), abs(greatest)):
             raise ArgumentError(
-                "must not be negative at any time (a thrust pushes toward the clamp; tension is not treated)",
-                where="thrust",
+                f"must not be negative at any time (a {name} pushes toward the clamp; tension is not treated)",
+                where=name,
                 value=least,
                 next_step="Give the size of the push as a positive number.",
             )
 
     def check(self, until: float) -> None:
-        """Refuse loads that are not finite, or a thrust that is negative, before `until`; text is sampled.
+        """Refuse loads that are not finite, or a thrust or weight that is negative, before `until`; text is sampled.
 
         Parameters
         ----------
@@ -105,7 +109,8 @@ class Load:
         """
         for name, program in self.items():
             _named(name, lambda program=program: program.extreme(until))
-        self._refuse_tension(until)
+        for name in _PUSHES:
+            self._refuse_tension(name, until)
 
     def items(self) -> Iterator[tuple[str, Program]]:
         """Iterate over the names and programs of all four loads."""
@@ -271,12 +276,13 @@ def _program(name: str, given: object) -> Program:
 
 
 def _read(given: object) -> Program:
+    given = plain(given)
     if isinstance(given, Program):
         return given
     if isinstance(given, str):
         return programs.constant(given) if looks_like_quantity(given) else programs.expression(given)
-    if isinstance(given, Real) and not isinstance(given, bool):
-        return programs.constant(plain(given))
+    if isinstance(given, float):
+        return programs.constant(given)
     if isinstance(given, (tuple, list, np.ndarray)) and len(given) == 2:
         return programs.table(given[0], given[1])
     rule = "must be a number, text with a unit or in t, a pair (times, values), or a program"
