@@ -36,6 +36,14 @@ SIGNATURES = {
     "times=None, *start=None, *max_steps=200000, *progress=None, *checkpoint=None, *checkpoint_every=5.0, "
     "*resume=False",
     "equilibrium": "material, gamma, alpha, *specimen=None",
+    "equilibria": "material, gamma, alpha=None, *specimen=None",
+    "equilibria_at": "gamma, natural_curvature",
+    "branches": "natural_curvature, gamma=(0.0, 40.0), count=201",
+    "fold_curve": "gamma=(0.0, 40.0), count=201",
+    "thresholds": "material, *specimen=None",
+    "capacity": "material, gamma, imperfection='natural', *specimen=None, *rtol=1e-08, *progress=None",
+    "phase_diagram": "material, gamma=(0.0, 20.0), alpha=(-12.0, 12.0), shape=(400, 400), *specimen=None",
+    "basin": "strut, shape='cos(pi*s/2)', amplitude=0.0, natural_curvature=0.0, *rtol=1e-08, *progress=None",
     "spectrum": "equilibrium, count=6, *lowest=0",
     "asymptotic_phase": "equilibrium, mu, mu_nat, grid",
     "predict_limit": "strut, mu, mu_nat",
@@ -67,7 +75,7 @@ SIGNATURES = {
 }
 """Names with their arguments: * before what is given by name only, … for a default made anew each time."""
 
-RESULTS = {"Limit", "Rest", "Solution", "Spectrum"}
+RESULTS = {"Basin", "EquilibriumSet", "Limit", "PhaseDiagram", "Rest", "Solution", "Spectrum", "Thresholds"}
 """What the verbs give back; nobody makes one by hand, but types are annotated with them."""
 
 VARIABLES = {

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.charts.contours import Polyline, critical_points, zero_curves
+from plastica.charts.contours import Critical, Polyline, critical_points, zero_curves
 from plastica.charts.gap import gap
 from plastica.equilibria.elastica import ends
 from plastica.equilibria.oscillation import unstable_count
 from plastica.material.material import Laws
 
-__all__ = ["Component", "FoldLine", "Place", "fold_lines", "limiting_components", "tracing_grid"]
+__all__ = ["Component", "FoldLine", "Place", "crossings", "fold_lines", "limiting_components", "tracing_grid"]
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,9 @@ class Component:
     folds : tuple of Place
         Where it meets a fold, dmu_nat/dalpha = 0: there the rate changes sign through infinity, and its picture in the
         (gamma, mu_nat) plane touches that of the fold.
+    resolved : bool
+        Whether each of these points is known to rounding, and none was found twice, as where the curve is too narrow
+        for the grid.
     """
 
     kind: str
@@ -72,6 +75,7 @@ class Component:
     ends: tuple[Place, ...]
     tangencies: tuple[Place, ...]
     folds: tuple[Place, ...]
+    resolved: bool
 
     @property
     def attracting(self) -> NDArray[np.bool_]:
@@ -137,14 +141,36 @@ def limiting_components(laws: Laws, gamma: Array, alpha: Array) -> tuple[Compone
         def slope(g: Array, a: Array, side: int = side) -> Array:
             return gap(g, a, side, laws).by_alpha
 
-        curves = zero_curves(value, gamma, alpha, side * drive - threshold)
+        curves = zero_curves(value, gamma, alpha, side * drive - threshold, _edge)
         double, met = critical_points(value, slope, curves), critical_points(value, _fold, curves)
         for i, curve in enumerate(curves):
-            tangencies = [_tangency(g, a, side, laws) for j, _, g, a in double if j == i]
-            folds = [_place(g, a, "meets a fold") for j, _, g, a in met if j == i]
-            whole = _with_points(curve, [(k, g, a) for j, k, g, a in (*double, *met) if j == i], value)
-            out.append(_component(whole, side, laws, tuple(tangencies), tuple(folds)))
+            here, met_here = [p for p in double if p.curve == i], [p for p in met if p.curve == i]
+            tangencies = tuple(_tangency(p.x, p.y, side, laws) for p in here)
+            folds = tuple(_place(p.x, p.y, "meets a fold") for p in met_here)
+            whole = _with_points(curve, [*here, *met_here], value)
+            out.append(_component(whole, side, laws, (tangencies, folds), _sound(here) and _sound(met_here)))
     return tuple(sorted(out, key=lambda c: (-c.gamma.size, -c.side, -float(c.alpha.mean()))))
+
+
+def crossings(components: tuple[Component, ...], gamma: float) -> int:
+    """Count the limiting equilibria of one thrust on the traced curves.
+
+    Parameters
+    ----------
+    components : tuple of Component
+        The curves.
+    gamma : float
+        A thrust that is none of their vertices'.
+
+    Returns
+    -------
+    int
+    """
+    count = 0
+    for c in components:
+        above = (np.append(c.gamma, c.gamma[:1]) if c.kind == "closed" else c.gamma) > gamma
+        count += int(np.count_nonzero(above[1:] != above[:-1]))
+    return count
 
 
 def fold_lines(gamma: Array, alpha: Array) -> tuple[FoldLine, ...]:
@@ -159,12 +185,13 @@ def fold_lines(gamma: Array, alpha: Array) -> tuple[FoldLine, ...]:
     -------
     tuple of FoldLine
     """
-    curves = zero_curves(_fold, gamma, alpha)
+    curves = zero_curves(_fold, gamma, alpha, edge=_edge)
     turns = critical_points(_fold, _fold_slope, curves)
     out = []
     for i, curve in enumerate(curves):
-        cusps = tuple(_place(g, a, "cusp") for j, _, g, a in turns if j == i)
-        whole = _with_points(curve, [(k, g, a) for j, k, g, a in turns if j == i], _fold)
+        here = [p for p in turns if p.curve == i]
+        cusps = tuple(_place(p.x, p.y, "cusp") for p in here)
+        whole = _with_points(curve, here, _fold)
         out.append(FoldLine(whole.x, whole.y, ends(whole.x, whole.y).mu_nat, whole.closed, cusps))
     return tuple(sorted(out, key=lambda line: (float(line.gamma.min()), float(line.alpha.min()))))
 
@@ -186,7 +213,8 @@ def tracing_grid(gamma: tuple[float, float], alpha: tuple[float, float], shape: 
     gamma, alpha : ndarray, shape `shape`
         Every column of constant gamma begins and ends on the border of the window.
     """
-    g = np.linspace(*gamma, shape[0])
+    g = np.linspace(math.sqrt(gamma[0]), math.sqrt(gamma[1]), shape[0]) ** 2
+    g[0], g[-1] = gamma
     low, high = alpha
     share = np.linspace(0.0, 1.0, shape[1])
     out = np.empty(shape)
@@ -195,13 +223,26 @@ def tracing_grid(gamma: tuple[float, float], alpha: tuple[float, float], shape: 
         heads = [a for a in (-2.0 * root, 2.0 * root) if low < a < high]
         near = np.concatenate([np.linspace(low, high, 65), *(a + layer * np.sinh(_SPREAD) for a in heads)])
         place = np.unique(np.clip(near, low, high))
-        count = (place - low) / (high - low) * (1.0 - LAYER * len(heads))
+        # gentle rods have no layer; points that moved with it would shear the cells
+        share_here = LAYER * root**4 / (16.0 + root**4)
+        count = (place - low) / (high - low) * (1.0 - share_here * len(heads))
         for head in heads:
             bent = np.arcsinh((place - head) / layer)
-            count = count + LAYER * (bent - bent[0]) / (bent[-1] - bent[0])
+            count = count + share_here * (bent - bent[0]) / (bent[-1] - bent[0])
         out[i] = np.interp(share, count, place)
         out[i, 0], out[i, -1] = low, high
     return np.broadcast_to(g[:, None], shape).copy(), out
+
+
+def _edge(g0: Array, a0: Array, g1: Array, a1: Array, t: Array) -> tuple[Array, Array]:
+    """Edges that follow the separatrix: straight in (w, alpha / w), but in (w, alpha) where a corner has no thrust."""
+    w0, w1 = np.sqrt(g0), np.sqrt(g1)
+    w = w0 + t * (w1 - w0)
+    bare = (w0 <= 0.0) | (w1 <= 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = w * (a0 / w0 + t * (a1 / w1 - a0 / w0))
+    # w^2 may miss the thrust of its own column by an ulp
+    return np.where(g0 == g1, g0, w * w), np.where(bare | (g0 == g1), a0 + t * (a1 - a0), ratio)
 
 
 _SPREAD = np.linspace(-24.0, 24.0, 193)
@@ -218,14 +259,20 @@ def _fold_slope(gamma: Array, alpha: Array) -> Array:
     return np.asarray((8.0 * near - far) / (12.0 * h))
 
 
-def _with_points(
-    curve: Polyline, points: list[tuple[int, float, float]], f: Callable[[Array, Array], Array]
-) -> Polyline:
+def _with_points(curve: Polyline, points: list[Critical], f: Callable[[Array, Array], Array]) -> Polyline:
     """Put critical points between the vertices they were found between, where they lie on the curve."""
-    known = sorted(p for p in points if abs(float(f(np.array(p[1]), np.array(p[2])))) <= ON_CURVE)
-    at = [k + 1 for k, _, _ in known]
-    x, y = np.insert(curve.x, at, [g for _, g, _ in known]), np.insert(curve.y, at, [a for _, _, a in known])
+    known = [p for p in points if abs(float(f(np.array(p.x), np.array(p.y)))) <= ON_CURVE]
+    known.sort(key=lambda p: p.vertex)
+    at = [p.vertex + 1 for p in known]
+    x, y = np.insert(curve.x, at, [p.x for p in known]), np.insert(curve.y, at, [p.y for p in known])
     return Polyline(x, y, curve.closed)
+
+
+def _sound(points: list[Critical]) -> bool:
+    """Whether all points are known to rounding, and none is there twice."""
+    places = np.array([(p.x, p.y) for p in points]).reshape(-1, 2)
+    apart = np.abs(places[:, None] - places).sum(axis=-1) + np.eye(len(points))
+    return all(p.exact for p in points) and bool((apart > 1e-9).all())
 
 
 def _place(gamma: float, alpha: float, words: str) -> Place:
@@ -242,7 +289,7 @@ def _tangency(gamma: float, alpha: float, side: int, laws: Laws) -> Place:
 
 
 def _component(
-    curve: Polyline, side: int, laws: Laws, tangencies: tuple[Place, ...], folds: tuple[Place, ...]
+    curve: Polyline, side: int, laws: Laws, points: tuple[tuple[Place, ...], tuple[Place, ...]], sound: bool
 ) -> Component:
     g, a = curve.x, curve.y
     end = ends(g, a)
@@ -252,7 +299,7 @@ def _component(
     tips = () if curve.closed else tuple(_place(float(g[i]), float(a[i]), "leaves the window") for i in (0, -1))
     tips = tuple(Place(0.0, p.alpha, p.mu_nat, "begins without thrust") if p.gamma == 0.0 else p for p in tips)
     kind = "closed" if curve.closed else "open"
-    return Component(kind, side, g, a, end.mu_nat, unstable_count(g, a, end), rate, tips, tangencies, folds)
+    return Component(kind, side, g, a, end.mu_nat, unstable_count(g, a, end), rate, tips, *points, sound)
 
 
 def _listed(what: str, places: tuple[Place, ...]) -> str:

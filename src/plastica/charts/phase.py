@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.charts.components import Component, FoldLine, Place, fold_lines, limiting_components, tracing_grid
+from plastica.charts.components import (
+    Component,
+    FoldLine,
+    Place,
+    crossings,
+    fold_lines,
+    limiting_components,
+    tracing_grid,
+)
+from plastica.equilibria.catalog import equilibria
 from plastica.equilibria.elastica import LARGEST_ALPHA, drive, ends
 from plastica.equilibria.oscillation import unstable_count
 from plastica.errors import ArgumentError
@@ -35,7 +44,13 @@ MOST_POINTS = 10_000_000
 
 TRACING = (1.0, 1.5)
 """Lines of the grid that curves are traced on, for each line of the diagram; and the fewest and the most of them."""
-FEWEST_TRACING, MOST_TRACING = 100, 800
+FEWEST_TRACING, MOST_TRACING = 200, 800
+
+REFINEMENTS = (1.0, 1.7, 2.9)
+"""How much finer the curves are traced, one after the other, as long as they miss limiting equilibria."""
+
+CHECKS = np.array([0.1137, 0.3121, 0.5573, 0.7611, 0.9719])
+"""Where thrusts are checked, as shares of the range of gamma^(1/2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +77,10 @@ class PhaseDiagram:
         question about it that the paper leaves open (section 3).
     folds : tuple of FoldLine
         Where dmu_nat/dalpha = 0.
+    checked : tuple of float
+        Thrusts at which the number of limiting equilibria on the curves was compared with all roots.
+    complete : bool
+        Whether it agreed at all of them, and all special points of the curves are resolved.
     """
 
     material: Material
@@ -74,6 +93,8 @@ class PhaseDiagram:
     unstable: NDArray[np.int64]
     components: tuple[Component, ...]
     folds: tuple[FoldLine, ...]
+    checked: tuple[float, ...]
+    complete: bool
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
@@ -193,6 +214,11 @@ class PhaseDiagram:
         lines += [f"  {component}" for component in self.components]
         cusps = ", ".join(f"({p.gamma:.6g}, {p.mu_nat + 0.0:.6g})" for p in self.cusps)
         lines.append(f"{len(self.folds)} lines of folds" + (f"; cusps at (gamma, mu_nat) = {cusps}." if cusps else "."))
+        if self.complete:
+            agree = f"At {len(self.checked)} thrusts these curves hold as many limiting equilibria as there are roots."
+            lines.append(agree)
+        else:
+            lines.append("Not complete: the curves are finer than the grid, or miss limiting equilibria.")
         return "\n".join(lines)
 
 
@@ -235,10 +261,12 @@ def phase_diagram(
 
     Notes
     -----
-    The curves are traced on a grid of their own, with the thrusts of the diagram (100 to 800) and half again as many
-    clamp curvatures, half of them in the layers at the separatrix. Loops and tongues narrower than its cells are
-    missed; the tests compare the curves with all roots of `plastica.equilibria` for thrusts between. Cost: about a
-    microsecond for each point of the grid, and as much as ten seconds at most for the curves.
+    The curves are traced on a grid of their own: with as many thrusts as the diagram (200 to 800, even in gamma^(1/2)),
+    half again as many clamp curvatures, up to half of them in the layers at the separatrix, and edges that follow it.
+    At five thrusts the number of limiting equilibria on them is compared with all roots of `plastica.equilibria`. Where
+    it differs, or a special point cannot be resolved, they are traced anew, 1.7 and then 2.9 times as finely. Loops and
+    tongues narrower than the cells, between these thrusts, are missed. Cost: a microsecond for each point of the grid,
+    and about ten for the curves.
 
     Checked by test_curves_hold_every_limiting_equilibrium, test_the_paper_question.
 
@@ -255,8 +283,7 @@ def phase_diagram(
     rows, columns = _shape(shape)
     g, a = np.linspace(low, high, rows), np.linspace(left, right, columns)
     end = ends(g[:, None], a)
-    lines = [int(np.clip(k * n, FEWEST_TRACING, MOST_TRACING)) for k, n in zip(TRACING, (rows, columns), strict=True)]
-    traced = tracing_grid((low, high), (left, right), (lines[0], lines[1]))
+    curves = _curves(material, laws, specimen, ((low, high), (left, right)), (rows, columns))
     return PhaseDiagram(
         material,
         specimen,
@@ -266,9 +293,32 @@ def phase_diagram(
         drive(end, laws),
         laws.threshold.value(end.mu_nat),
         unstable_count(g[:, None], a, end),
-        limiting_components(laws, *traced),
-        fold_lines(*traced),
+        *curves,
     )
+
+
+def _curves(
+    material: Material,
+    laws: Laws,
+    specimen: Specimen | None,
+    window: tuple[tuple[float, float], tuple[float, float]],
+    shape: tuple[int, int],
+) -> tuple[tuple[Component, ...], tuple[FoldLine, ...], tuple[float, ...], bool]:
+    """Trace the curves, on finer grids as long as a thrust has other limiting equilibria than they say."""
+    roots = math.sqrt(window[0][0]) + CHECKS * (math.sqrt(window[0][1]) - math.sqrt(window[0][0]))
+    thrusts = tuple((roots**2).tolist())
+    sets = [equilibria(material, gamma, window[1], specimen=specimen) for gamma in thrusts]
+    # a double root counts as two or none: such a thrust decides nothing
+    known = [(s.gamma, len(s.limiting)) for s in sets if s.complete and not s.tangencies]
+    lines = np.clip(np.array(TRACING) * shape, FEWEST_TRACING, MOST_TRACING)
+    for finer in REFINEMENTS:
+        traced = tracing_grid(*window, (int(finer * lines[0]), int(finer * lines[1])))
+        components = limiting_components(laws, *traced)
+        agree = all(c.resolved for c in components)
+        agree &= all(crossings(components, gamma) == count for gamma, count in known)
+        if agree:
+            break
+    return components, fold_lines(*traced), thrusts, agree and len(known) == len(thrusts)
 
 
 def _laws(material: object, specimen: object) -> Laws:

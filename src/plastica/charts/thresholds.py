@@ -31,7 +31,10 @@ LARGEST_GAMMA = 100.0
 """Thrust up to which a gap is looked for: forty times Euler's load."""
 
 STEP = 0.02
-"""Step of the search in gamma^(1/2), and in alpha where that is not small."""
+"""Step of the search in gamma^(1/2), and two thirds of that in alpha where it is not small."""
+
+FARTHEST = 1e5
+"""Clamp curvature up to which the central component is followed."""
 
 CHUNK = 25
 JUMP = 4
@@ -119,7 +122,7 @@ def thresholds(material: Material, *, specimen: Specimen | None = None) -> Thres
     Notes
     -----
     gamma** is located by a search over gamma up to 100 in steps of 0.02 in gamma^(1/2), each thrust sampled along alpha
-    at steps of 0.02 or less, and closed in on by halving; then, with alpha(gamma) the local maximum of G (a root of the
+    at steps of 0.03 or less, and closed in on by halving; then, with alpha(gamma) the local maximum of G (a root of the
     closed form of dG/dalpha), by Newton's method on max G, whose slope is dG/dgamma. Its accuracy is that of G: some
     eps/|dG/dgamma|. What could be missed: a gap that opens and closes again between two thrusts of the search, or one
     whose hump is narrower than the sampling.
@@ -202,11 +205,11 @@ def _places(gamma: float, laws: Laws) -> Array:
     """Clamp curvatures from 0 as far as limiting equilibria can lie, dense on every scale."""
     far = reach(gamma, laws).alpha
     root = math.sqrt(gamma)
-    end = far if math.isfinite(far) else FALLBACK + 4.0 * root
+    end = min(far if math.isfinite(far) else FALLBACK + 4.0 * root, FARTHEST)
     near = min(end, 2.0 * root + 4.0)
-    step = min(STEP, near / 500.0)
-    small = np.geomspace(1e-9, step, 300)
-    beyond = np.geomspace(near, end, math.ceil(math.log(end / near) / 0.01) + 2) if end > near else np.zeros(0)
+    step = min(1.5 * STEP, near / 300.0)
+    small = np.geomspace(1e-9, step, 200)
+    beyond = np.geomspace(near, end, math.ceil(math.log(end / near) / 0.015) + 2) if end > near else np.zeros(0)
     return np.unique(np.concatenate([small, np.arange(step, near, step), beyond]))
 
 
@@ -235,7 +238,8 @@ def _jump(low: _Edge, high: _Edge, alpha: Array, laws: Laws) -> tuple[float, flo
         low, high = (low, middle) if first else (middle, high)
         if low.place - high.place <= JUMP and low.side == high.side:
             return None
-    return _double_root(high.gamma, high.place, alpha, laws) if low.place > high.place + JUMP else None
+    inward = low.place > high.place if low.side * high.side < 0 else low.place > high.place + JUMP
+    return _double_root(high.gamma, high.place, alpha, laws) if inward else None
 
 
 def _double_root(gamma: float, hump: int, alpha: Array, laws: Laws) -> tuple[float, float] | None:
