@@ -23,6 +23,9 @@ LONGEST = 1e5
 LAYER = 700.0
 """Thrust up to which the layer at the separatrix, of relative width exp(-gamma^(1/2)), is resolved in doubles."""
 
+NEXT = 0.1
+"""Distance from the end of a range within which the separatrix needs no cut of its own."""
+
 PIECE = 4.0
 """Length of the pieces to begin with: beyond the separatrix everything oscillates with a period of 2 pi or more."""
 
@@ -62,11 +65,16 @@ def frozen_alphas(gamma: Array, natural: float) -> tuple[Roots, ...]:
         return ends(gamma[row], x).mu_nat - natural
 
     def size(x: Array, row: Rows) -> Array:
-        end = ends(gamma[row], x)
-        return np.abs(end.mu_nat) + 0.5 * gamma[row] * np.abs(np.sin(end.phi)) + abs(natural)
+        return np.abs(x) + 0.5 * gamma[row] + abs(natural)
 
-    breaks = [(-2.0 * math.sqrt(g), 0.0, 2.0 * math.sqrt(g)) for g in gamma.tolist()]
-    return roots_of_rows(off, -farthest, farthest, breaks=breaks, size=size, pieces=pieces_for(2.0 * farthest.max()))
+    breaks = [_breaks(g, w) for g, w in zip(2.0 * np.sqrt(gamma), farthest, strict=True)]
+    pieces = [pieces_for(2.0 * x) for x in farthest.tolist()]
+    return roots_of_rows(off, -farthest, farthest, breaks=breaks, size=size, pieces=pieces)
+
+
+def _breaks(separatrix: float, farthest: float) -> tuple[float, ...]:
+    """Cut at 0, and at the separatrix where it is not next to the end, which is looked at anyway."""
+    return (-separatrix, 0.0, separatrix) if farthest - separatrix > NEXT else (0.0,)
 
 
 def number(value: object, where: str, least: float = -math.inf) -> float:

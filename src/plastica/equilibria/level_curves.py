@@ -9,17 +9,17 @@ column. Curves that run into one another have been joined wrongly, and everythin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.equilibria.refinement import Curve, Level, Line, refined
+
 __all__ = ["Curve", "Level", "curves"]
 
 Array = NDArray[np.float64]
-Plane = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 PER_UNIT = 3.0
 """Columns to begin with, per unit of gamma^(1/2)."""
@@ -31,43 +31,8 @@ DEEPEST = 14
 """How often a gap between columns is halved."""
 
 
-GRADED = 6
-"""Points between a fold and the next column on either side, closer the nearer to the fold."""
-
-APART = 1e-10
-"""Relative distance in gamma from a fold within which no other points are put."""
-
 NEWTON = 12
 EPS = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True)
-class Level:
-    """A function whose zeros are followed.
-
-    Attributes
-    ----------
-    plane : callable
-        (gamma, alpha) in; f, df/d alpha and df/d gamma out. At folds the second is a residual too; elsewhere the
-        derivatives only steer Newton's method.
-    columns : callable
-        Thrusts in; for each all roots alpha in ascending order.
-    symmetric : bool
-        Whether the zeros are symmetric in alpha, so that two may meet at alpha = 0: they do at gamma = ((k+1/2) pi)^2.
-    """
-
-    plane: Plane
-    columns: Callable[[Array], list[Array]]
-    symmetric: bool
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One curve as a polyline; `folds` are the numbers of its points at which gamma turns."""
-
-    gamma: Array
-    alpha: Array
-    folds: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -110,7 +75,7 @@ def curves(level: Level, low: float, high: float, gamma: Array) -> tuple[tuple[C
     for closer in CLOSER:
         columns, found, gaps = _columns(level, low, high, closer * PER_UNIT)
         known = [gap or _Gap((), (), ()) for gap in gaps]
-        lines = tuple(_refined(level, line, gamma) for line in _walked(columns, found, known))
+        lines = refined(level, _walked(columns, found, known), gamma)
         if None not in gaps and _apart(lines):
             return lines, True
     return lines, False
@@ -228,17 +193,7 @@ def _fold_step(level: Level, g: Array, a: Array, apart: Array) -> tuple[Array, A
     return np.nan_to_num(step_g), np.nan_to_num(step_a)
 
 
-@dataclass(frozen=True)
-class _Line:
-    """A polyline of column points and folds, with the distance of each to the next root of its kind in its column."""
-
-    gamma: Array
-    alpha: Array
-    room: Array
-    folds: tuple[int, ...]
-
-
-def _walked(columns: Array, found: list[Array], gaps: list[_Gap]) -> list[_Line]:
+def _walked(columns: Array, found: list[Array], gaps: list[_Gap]) -> list[Line]:
     """Follow neighbours from end to end, and around closed curves."""
     links: dict[tuple[int, float], list[tuple[int, float]]] = {}
     place: dict[tuple[int, float], tuple[float, float, float]] = {}
@@ -269,7 +224,7 @@ def _walked(columns: Array, found: list[Array], gaps: list[_Gap]) -> list[_Line]
         walk = _walk(start, links, left)
         points = np.array([place[name] for name in walk])
         turns = tuple(i for i, name in enumerate(walk) if name[0] < 0)
-        lines.append(_Line(points[:, 0], points[:, 1], points[:, 2], turns))
+        lines.append(Line(points[:, 0], points[:, 1], points[:, 2], turns))
     return lines
 
 
@@ -286,112 +241,3 @@ def _walk(
         here = onward[0]
         left.discard(here)
         walk.append(here)
-
-
-def _refined(level: Level, line: _Line, gamma: Array) -> Curve:
-    """Put points at the given thrusts, and closer ones next to the folds, on every piece between folds."""
-    cuts = [0, *(i for i in line.folds if 0 < i < line.gamma.size - 1), line.gamma.size - 1]
-    g_parts, a_parts, folds, count = [], [], [], 0
-    for n, (i, j) in enumerate(pairwise(cuts)):
-        part = _Line(line.gamma[i : j + 1], line.alpha[i : j + 1], line.room[i : j + 1], ())
-        g, a = _piece(level, part, gamma, (i in line.folds, j in line.folds))
-        skip = 1 if n else 0
-        g_parts.append(g[skip:])
-        a_parts.append(a[skip:])
-        count += g.size - skip
-        folds.append(count - 1)
-    ends = folds[:-1]
-    return Curve(np.concatenate(g_parts), np.concatenate(a_parts), tuple(ends))
-
-
-def _piece(level: Level, coarse: _Line, gamma: Array, turns: tuple[bool, bool]) -> tuple[Array, Array]:
-    """Fill a piece in; coarse points are only guesses, but for its first and last one."""
-    forward = coarse.gamma[-1] > coarse.gamma[0]
-    way = slice(None, None, 1 if forward else -1)
-    coarse_g, coarse_a, coarse_room = coarse.gamma[way], coarse.alpha[way], coarse.room[way]
-    at_low, at_high = turns if forward else (turns[1], turns[0])
-    # a column that goes through a fold to rounding is that fold
-    least, most = coarse_g[0] * (1.0 + APART * at_low), coarse_g[-1] * (1.0 - APART * at_high)
-    inside = gamma[(gamma > least) & (gamma < most)]
-    # near a fold alpha is smooth in the square root of the distance, far from both in gamma itself
-    span = coarse_g[-1] - coarse_g[0]
-    stretch, target = (_stretched(x, coarse_g[0], span, at_low, at_high) for x in (coarse_g, inside))
-    guess = _smooth(stretch, coarse_a, target)
-    behind = np.clip(np.searchsorted(coarse_g, inside), 1, coarse_g.size - 1)
-    room = 0.3 * np.minimum(coarse_room[behind - 1], coarse_room[behind])
-    known = 0 if not at_low else coarse_g.size - 1 if not at_high else coarse_g.size // 2
-    fine_a = _checked(level, inside, guess, room, coarse_g[known], coarse_a[known])
-    fine_g = np.concatenate([coarse_g[:1], inside, coarse_g[-1:]])
-    fine_a = np.concatenate([coarse_a[:1], fine_a, coarse_a[-1:]])
-    if at_low:
-        fine_g, fine_a = _graded(level, fine_g, fine_a)
-    if at_high:
-        fine_g, fine_a = (x[::-1] for x in _graded(level, fine_g[::-1], fine_a[::-1]))
-    return fine_g[way], fine_a[way]
-
-
-def _stretched(g: Array, low: float, span: float, at_low: bool, at_high: bool) -> Array:
-    t = np.clip((g - low) / span, 0.0, 1.0) if span > 0.0 else np.zeros_like(g)
-    if at_low and at_high:
-        return np.arcsin(np.sqrt(t))
-    if at_low:
-        return np.sqrt(t)
-    return 1.0 - np.sqrt(1.0 - t) if at_high else t
-
-
-def _smooth(x: Array, y: Array, at: Array) -> Array:
-    """Interpolate by the cubic through the four nearest points, or a lower degree where there are fewer."""
-    if x.size < 3:
-        return np.asarray(np.interp(at, x, y))
-    width = min(4, x.size)
-    first = np.clip(np.searchsorted(x, at) - width // 2, 0, x.size - width)
-    near = first[:, None] + np.arange(width)
-    total = np.zeros_like(at)
-    for i in range(width):
-        others = [j for j in range(width) if j != i]
-        factor = [(at - x[near[:, j]]) / (x[near[:, i]] - x[near[:, j]]) for j in others]
-        total += y[near[:, i]] * np.prod(factor, axis=0)
-    return total
-
-
-def _checked(level: Level, inside: Array, guess: Array, room: Array, known_g: float, known_a: float) -> Array:
-    """Newton's method, and all roots of the column where it may have left the piece.
-
-    It has where f_alpha has the other sign, which is one on a piece, or where it went too far toward the next root
-    with the same sign.
-    """
-    if not inside.size:
-        return guess
-    a = _solved(lambda x: level.plane(inside, x)[:2], guess)
-    f, slope, _ = level.plane(np.append(inside, known_g), np.append(a, known_a))
-    sign = np.sign(slope[-1])
-    with np.errstate(all="ignore"):
-        good = np.abs(f / slope)[:-1] <= 1e-9 * (1.0 + np.abs(a))
-    good &= (np.sign(slope[:-1]) == sign) & (np.abs(a - guess) <= room)
-    wrong = np.flatnonzero(~good)
-    for i, roots in zip(wrong, level.columns(inside[wrong]) if wrong.size else [], strict=True):
-        same = roots[np.sign(level.plane(np.full(roots.size, inside[i]), roots)[1]) == sign]
-        a[i] = same[np.argmin(np.abs(same - guess[i]))] if same.size else guess[i]
-    return a
-
-
-def _solved(newton: Callable[[Array], tuple[Array, Array]], guess: Array) -> Array:
-    """Newton's method at all places at once, until the steps are rounding."""
-    x = guess.copy()
-    for _ in range(NEWTON):
-        value, slope = newton(x)
-        with np.errstate(all="ignore"):
-            step = np.nan_to_num(value / slope)
-        x = x - np.clip(step, -1.0 - np.abs(x), 1.0 + np.abs(x))
-        if not (np.abs(step) > 4.0 * EPS * np.maximum(np.abs(x), 1e-3)).any():
-            break
-    return x
-
-
-def _graded(level: Level, g: Array, a: Array) -> tuple[Array, Array]:
-    """Put points between a fold, which is the first, and the next point: closer the nearer to the fold."""
-    t = np.arange(1, GRADED + 1) / (GRADED + 1.0)
-    between = g[0] + t * t * (g[1] - g[0])
-    guess = _smooth(np.sqrt(np.abs(g[:4] - g[0])), a[:4], np.sqrt(np.abs(between - g[0])))
-    found = _solved(lambda x: level.plane(between, x)[:2], guess)
-    return np.concatenate([g[:1], between, g[1:]]), np.concatenate([a[:1], found, a[1:]])

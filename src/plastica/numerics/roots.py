@@ -146,7 +146,7 @@ def roots_of_rows(
     *,
     breaks: Sequence[Sequence[float]] | None = None,
     size: RowFunction | None = None,
-    pieces: int = 8,
+    pieces: int | Sequence[int] = 8,
 ) -> tuple[Roots, ...]:
     """Find all roots of many functions at once: see `roots`.
 
@@ -160,7 +160,7 @@ def roots_of_rows(
         The breaks of each.
     size : callable, optional
         As f.
-    pieces : int
+    pieces : int or sequence of int
         How many pieces each begins with.
 
     Returns
@@ -178,7 +178,8 @@ def roots_of_rows(
         if not (np.isfinite(a) and np.isfinite(b) and a < b):
             raise ArgumentError("must be a finite interval, lo < hi", where="lo, hi", value=(float(a), float(b)))
     given = [()] * lo.size if breaks is None else breaks
-    cuts = [_cuts(a, b, cut, pieces) for a, b, cut in zip(lo, hi, given, strict=True)]
+    counts = [pieces] * lo.size if isinstance(pieces, int) else pieces
+    cuts = [_cuts(a, b, cut, count) for a, b, cut, count in zip(lo, hi, given, counts, strict=True)]
     found = ch.resolve(f, size, cuts)
     monotone, flat = _parts(found)
     every = [*_flats(f, flat, lo, hi), *_simple(f, monotone, lo, hi)]
