@@ -8,9 +8,23 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from plastica.errors import FileError
+from plastica.errors import ArgumentError, FileError
 
-__all__ = ["read_bytes", "write_whole"]
+__all__ = ["as_path", "read_bytes", "regular_file", "write_whole"]
+
+
+def as_path(given: object, where: str = "path") -> Path:
+    """Return a path that was given as text or as a path.
+
+    Raises
+    ------
+    ArgumentError
+        Where it is neither.
+    """
+    if isinstance(given, (str, os.PathLike)):
+        with contextlib.suppress(TypeError):
+            return Path(given)
+    raise ArgumentError("must be a path, as text or a Path", where=where, value=given)
 
 
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
@@ -32,15 +46,17 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
 
     Raises
     ------
+    ArgumentError
+        Where the path is neither text nor a Path.
     FileError
         Where the folder does not exist or cannot be written to.
     """
-    target = Path(path)
+    target = as_path(path)
     try:
         handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=f".{target.stem}.", dir=target.parent)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise FileError(
-            f"cannot be written: {error.strerror}",
+            f"cannot be written: {getattr(error, 'strerror', None) or error}",
             where=str(target),
             next_step="Name a folder that exists and may be written to.",
         ) from None
@@ -67,15 +83,17 @@ def _settle(path: Path) -> None:
         os.fsync(stream.fileno())
 
 
-def read_bytes(path: str | Path, *, limit: int) -> bytes:
-    """Read a file from outside, of at most `limit` bytes.
+def regular_file(path: str | Path, *, limit: int) -> Path:
+    """Return the path of a file from outside that can be read, of at most `limit` bytes.
 
     Raises
     ------
+    ArgumentError
+        Where the path is neither text nor a Path.
     FileError
-        Where there is no such file, it is a folder, may not be read, or is larger than the limit.
+        Where there is no such file, it is a folder or a device, or is larger than the limit.
     """
-    source = Path(path)
+    source = as_path(path)
     try:
         if not source.is_file():
             what = "does not exist"
@@ -83,10 +101,31 @@ def read_bytes(path: str | Path, *, limit: int) -> bytes:
                 what = "is a folder, not a file" if source.is_dir() else "is not a regular file"
             raise FileError(what, where=str(source), next_step="Check the path.")
         size = source.stat().st_size
-        if size > limit:
-            raise FileError(f"must have at most {limit} bytes", where=str(source), value=size)
-        return source.read_bytes()
     except FileError:
         raise
     except (OSError, ValueError) as error:
-        raise FileError(f"cannot be read: {error}", where=str(source)) from None
+        raise _unreadable(source, error) from None
+    if size > limit:
+        raise FileError(f"must have at most {limit} bytes", where=str(source), value=size)
+    return source
+
+
+def read_bytes(path: str | Path, *, limit: int) -> bytes:
+    """Read a file from outside, of at most `limit` bytes; see `regular_file`.
+
+    Raises
+    ------
+    ArgumentError
+        Where the path is neither text nor a Path.
+    FileError
+        Where there is no such file, it is a folder, may not be read, or is larger than the limit.
+    """
+    source = regular_file(path, limit=limit)
+    try:
+        return source.read_bytes()
+    except OSError as error:
+        raise _unreadable(source, error) from None
+
+
+def _unreadable(source: Path, error: Exception) -> FileError:
+    return FileError(f"cannot be read: {error}", where=str(source))

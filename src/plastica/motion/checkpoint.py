@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import time
 import zipfile
 from collections.abc import Sequence
@@ -17,10 +18,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from plastica.errors import FileError
-from plastica.files import write_whole
+from plastica.errors import ArgumentError, FileError
+from plastica.files import as_path, write_whole
 from plastica.motion.history import History
 from plastica.motion.integrate import Ending, Leg
+from plastica.physics.amounts import plain
 
 __all__ = ["Checkpoint", "fingerprint"]
 
@@ -50,16 +52,19 @@ class Checkpoint:
 
     Raises
     ------
+    ArgumentError
+        Where the folder is no path, or `every` no finite number from 0 on.
     FileError
         Where the folder cannot be made.
     """
 
     def __init__(self, folder: str | Path, identity: str, *, every: float = 5.0) -> None:
-        self.folder, self.identity, self.every = Path(folder), identity, every
+        self.folder, self.identity, self.every = as_path(folder, "checkpoint"), identity, _seconds(every)
         try:
             self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise FileError(f"cannot be made a folder: {error.strerror}", where=str(folder)) from None
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise FileError(f"cannot be made a folder: {reason}", where=str(folder)) from None
         self._waiting: list[Leg] = []
         self._next = 0
         self._written = time.monotonic()
@@ -138,3 +143,15 @@ class Checkpoint:
         ending, moving, moving_next, message, rates, jacobians = json.loads(str(archive[f"leg{i}"]))
         history = History(archive[f"t{i}"], archive[f"y{i}"], archive[f"first{i}"])
         return Leg(history, cast(Ending, ending), moving, moving_next, message, rates, jacobians)
+
+
+def _seconds(every: object) -> float:
+    seconds = plain(every)
+    if not isinstance(seconds, float) or not math.isfinite(seconds) or seconds < 0.0:
+        raise ArgumentError(
+            "must be a finite number of seconds, 0 or more",
+            where="checkpoint_every",
+            value=every,
+            next_step="0 keeps every leg; the default is 5.",
+        )
+    return seconds

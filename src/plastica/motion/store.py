@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError, FileError
-from plastica.files import write_whole
+from plastica.files import as_path, regular_file, write_whole
 from plastica.material.material import Material
 from plastica.motion.history import History
 from plastica.motion.solution import Solution
@@ -51,11 +51,14 @@ def write(solution: Solution, path: str | Path) -> Path:
 
     Raises
     ------
+    ArgumentError
+        Where the path is neither text nor a Path.
     FileError
         Where it cannot be written.
     """
     import xarray
 
+    target = as_path(path)
     history = solution.history
     starts, moving = solution.legs
     group = xarray.Dataset(
@@ -74,7 +77,7 @@ def write(solution: Solution, path: str | Path) -> Path:
         group.to_netcdf(aside, engine="h5netcdf", group="history", mode="a")
         _seal(aside, meta)
 
-    return write_whole(path, fill)
+    return write_whole(target, fill)
 
 
 def read(path: str | Path) -> Solution:
@@ -92,16 +95,14 @@ def read(path: str | Path) -> Solution:
 
     Raises
     ------
+    ArgumentError
+        Where the path is neither text nor a Path.
     FileError
-        Where the file is missing, damaged, not of this package, or of a later version.
+        Where the file is missing, a folder, damaged, not of this package, or of a later version.
     """
     import h5py
 
-    source = Path(path)
-    if not source.is_file():
-        raise FileError("does not exist", where=str(source), next_step="Check the path.")
-    if source.stat().st_size > LARGEST:
-        raise FileError(f"must have at most {LARGEST} bytes", where=str(source), value=source.stat().st_size)
+    source = regular_file(path, limit=LARGEST)
     try:
         with h5py.File(source, "r") as file:
             meta = _opened(file, source)
@@ -224,7 +225,9 @@ def _opened(file: h5py.File, source: Path) -> dict[str, Any]:
     if "plastica_schema" not in file.attrs:
         raise _damaged(source, "it has no plastica_schema")
     schema = int(file.attrs["plastica_schema"])
-    if schema != SCHEMA:
+    if schema < 1:
+        raise _damaged(source, f"its plastica_schema is {schema}")
+    if schema > SCHEMA:
         raise FileError(
             f"must have schema version {SCHEMA}",
             where=str(source),
