@@ -1,118 +1,23 @@
-"""Claim: pictures of equilibria, spectra, limits and charts show what was computed, in the user's units."""
+"""Claim: pictures of equilibria, spectra and charts show what was computed, in the user's units."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import plastica as pl
 from plastica.errors import ArgumentError
-from plastica.show import admissible, charts, ending, outlook, rods, view
+from plastica.show import admissible, charts
 from plastica.show.save import save_picture
-from plastica.show.subject import Subject
 
-from .pictured import line, material, run, si_strut, strut
-from .reported import Reader, page
-from .support import EPS
-
-PAIR_A = material()
-SI = si_strut("1.6 N")
-LENGTH, STIFFNESS = 0.25, 0.035
-
-
-@cache
-def made(name: str) -> Any:
-    """The results that are looked at."""
-    makers: dict[str, Callable[[], Any]] = {
-        "equilibrium": lambda: pl.equilibrium(PAIR_A, 3.0, 3.5),
-        "equilibrium in SI": lambda: pl.equilibrium(SI.material, 3.0, 1.2, specimen=SI.specimen),
-        "frozen": lambda: pl.equilibria_at(5.0, 0.1)[0],
-        "set": lambda: pl.equilibria(PAIR_A, 3.0),
-        "set in SI": lambda: pl.equilibria(SI.material, 1.0, specimen=SI.specimen),
-        "set at 0": lambda: pl.equilibria(PAIR_A, 0.0),
-        "spectrum": lambda: pl.spectrum(pl.equilibrium(PAIR_A, 40.0, 1.2), 6, lowest=3),
-        "spectrum in SI": lambda: pl.spectrum(made("equilibrium in SI"), 3),
-        "spectrum at Euler's load": lambda: pl.spectrum(pl.equilibrium(PAIR_A, np.pi**2 / 4.0, 0.0)),
-        "rest": lambda: pl.rest(strut(), 0.5, 0.2),
-        "limit": lambda: run("buckles").limit,
-        "limit in SI": lambda: run("long").limit,
-        "interior": lambda: run("elastic").limit,
-        "undecided": lambda: run("short").limit,
-        "arrived": lambda: run("still").limit,
-        "branches": lambda: pl.branches(0.1, (0.0, 40.0), 61),
-        "folds": lambda: pl.fold_curve((0.0, 12.0)),
-        "capacity": lambda: pl.capacity(PAIR_A, np.array([1.3, 2.0, 2.3])),
-        "capacity in SI": lambda: pl.capacity(SI.material, np.array([2.2, 2.4]), specimen=SI.specimen),
-        "phase": lambda: pl.phase_diagram(PAIR_A, (0.0, 6.0), (-6.0, 6.0), (60, 60)),
-        "phase in SI": lambda: pl.phase_diagram(SI.material, (0.0, 4.0), (-4.0, 4.0), (40, 40), specimen=SI.specimen),
-        "basin": lambda: pl.basin(strut(2.0), "cos(pi*s/2)", [-0.6, 0.1, 0.6], [-0.02, 0.02]),
-        "basin row": lambda: pl.basin(strut(2.0), "cos(pi*s/2)", [0.1, 0.6], 0.0),
-    }
-    return makers[name]()
-
-
-EVERY = (
-    "equilibrium",
-    "equilibrium in SI",
-    "frozen",
-    "set",
-    "set in SI",
-    "set at 0",
-    "spectrum",
-    "spectrum in SI",
-    "spectrum at Euler's load",
-    "rest",
-    "limit",
-    "limit in SI",
-    "interior",
-    "undecided",
-    "arrived",
-    "branches",
-    "folds",
-    "capacity",
-    "capacity in SI",
-    "phase",
-    "phase in SI",
-    "basin",
-    "basin row",
-)
-
-
-def drawn(ax: Axes, label: str) -> tuple[np.ndarray, np.ndarray]:
-    """All points of the lines with this label, one after the other."""
-    found = [each for each in ax.lines if each.get_label() == label]
-    assert found, f"no {label!r} among {[each.get_label() for each in ax.lines]}"
-    x, y = (np.concatenate([np.asarray(getattr(each, get)(), float) for each in found]) for get in _GET)
-    return x, y
-
-
-_GET = ("get_xdata", "get_ydata")
-
-
-UNITS = {"days": 86400.0, "h": 3600.0, "mN·m²": 1e-3, "µN·m²": 1e-6, "nN·m²": 1e-9}
-
-
-def unit_of(label: str) -> float:
-    """What the unit in brackets at the end of a label is in SI; 1 for all others."""
-    return UNITS.get(label.rsplit("(", maxsplit=1)[-1].rstrip(")"), 1.0)
-
-
-def near(found: Any, expected: Any, scale: float = 1.0) -> None:
-    """Equal to rounding."""
-    found, expected = np.asarray(found, float), np.asarray(expected, float)
-    assert found.shape == expected.shape
-    both = np.isfinite(found) & np.isfinite(expected)
-    assert both.any()
-    assert np.abs(found[both] - expected[both]).max() <= 64.0 * EPS * max(scale, float(np.abs(expected[both]).max()))
+from .drawn import EVERY, LENGTH, STIFFNESS, drawn, has, made, near, title, unit_of
+from .pictured import line, run
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -134,6 +39,22 @@ def test_one_branch_and_a_list_of_them_have_pictures_too() -> None:
             pl.plot(wrong)
 
 
+def test_these_pictures_solve_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = [made(name) for name in EVERY]
+
+    def refuse(*args: object, **options: object) -> None:
+        raise AssertionError("a picture must not solve anything")
+
+    for module, name in (
+        ("motion.solve", "integrate"),
+        ("equilibria.rest", "settle"),
+        ("equilibria.eigen", "eigenvalues"),
+    ):
+        monkeypatch.setattr(sys.modules[f"plastica.{module}"], name, refuse)
+    for result in results:
+        pl.plot(result)
+
+
 # -- one shape -----------------------------------------------------------------------------------------------------
 
 
@@ -152,13 +73,8 @@ def check_equilibrium() -> None:
 
 def test_equilibrium() -> None:
     check_equilibrium()
-    assert "it stays" in _title(pl.plot(made("equilibrium")))
-    assert "moves" in _title(pl.plot(made("equilibrium in SI")))
-
-
-def _title(figure: Figure) -> str:
-    found = figure.get_suptitle()
-    return str(found).replace("\n", " ")
+    assert "it stays" in title(pl.plot(made("equilibrium")))
+    assert "moves" in title(pl.plot(made("equilibrium in SI")))
 
 
 def test_rest_is_the_static_shape() -> None:
@@ -168,10 +84,13 @@ def test_rest_is_the_static_shape() -> None:
     assert np.hypot(x[-1] - found.tip[0], y[-1] - found.tip[1]) <= 1e-12
     s, curvature = line(right, "curvature")
     near(curvature, found.at(s))
-    assert "stable" in _title(pl.plot(found))
+    assert "stable" in title(pl.plot(found))
 
 
 # -- all of them under one thrust ----------------------------------------------------------------------------------
+
+
+MARKS = ("a limit of motions", "repelling, or a saddle", "tangency", "fold")
 
 
 def check_set() -> None:
@@ -184,7 +103,7 @@ def check_set() -> None:
         for span, (low, high) in zip(spans, found.intervals, strict=True):
             near([span.get_x(), span.get_x() + span.get_width()], np.array([low, high]) / length)
         milli = 1e-3 if length != 1.0 else 1.0
-        for words in admissible.MARKS:
+        for words in MARKS:
             expected = [p for p in found.limiting if admissible.kind_of(p) == words]
             expected += [f for f in found.folds if words == "fold"]
             if expected:
@@ -195,17 +114,22 @@ def check_set() -> None:
                 if low:
                     near(drawn(lower, words)[0], np.array([p.alpha for p in low]) / length)
                     near(drawn(lower, words)[1], np.array([p.drive for p in low]) * stiffness / milli)
-        assert len(found.limiting) == sum(
-            line(upper, words)[0].size for words in admissible.MARKS if words != "fold" and _has(upper, words)
-        )
-
-
-def _has(ax: Axes, label: str) -> bool:
-    return any(each.get_label() == label for each in ax.lines)
+        assert len(found.limiting) == sum(line(upper, words)[0].size for words in MARKS[:-1] if has(upper, words))
 
 
 def test_set() -> None:
     check_set()
+
+
+def check_limits_of_motions() -> None:
+    """At gamma = 3 motions end at the four outer limiting equilibria, not at the two next to the straight rod."""
+    upper = pl.plot(made("set")).axes[0]
+    assert np.abs(line(upper, "a limit of motions")[0]).min() > 3.0
+    assert np.abs(line(upper, "repelling, or a saddle")[0]).max() < 0.2
+
+
+def test_limits_of_motions() -> None:
+    check_limits_of_motions()
 
 
 def check_broken_where_unstable() -> None:
@@ -243,133 +167,9 @@ def check_spectrum() -> None:
 
 def test_spectrum() -> None:
     check_spectrum()
-    assert "unstable in 2 directions" in _title(pl.plot(made("spectrum")))
-    assert "double eigenvalue" in _title(pl.plot(made("spectrum at Euler's load")))
-
-
-# -- limits --------------------------------------------------------------------------------------------------------
-
-
-def check_tail() -> None:
-    """The predicted tail is the law's, in days and mN m^2 in SI; an interior one falls at the gap."""
-    for name, time, drive in (("limit", 1.0, 1.0), ("limit in SI", 120.0, STIFFNESS)):
-        limit = made(name)
-        ax = pl.plot(limit).axes[1]
-        t, x = line(ax, "predicted")
-        expected = limit.tail(t * unit_of(ax.get_xlabel()) / time) * drive
-        assert np.abs(x * unit_of(ax.get_ylabel()) / expected - 1.0).max() <= 1e-12
-    limit = made("interior")
-    t, x = line(pl.plot(limit).axes[1], "predicted")
-    slope = np.polyfit(t, np.log(x), 1)[0]
-    assert abs(slope + limit.rate) <= 1e-9 * limit.rate
-
-
-def test_tail() -> None:
-    check_tail()
-    assert rods.tail_time(made("arrived")) is None or made("arrived").distance > 0.0
-
-
-def check_prediction_comes_true() -> None:
-    """The tail predicted at t = 40 is what a run ten times as long computes, within a tenth; nothing is fitted."""
-    short = run("buckles")
-    longer = pl.solve(short.model, start=short, until=400.0)
-    tail = ending.tail_of(view.view(short))
-    assert tail is not None
-    assert tail.kind == "limiting"
-    t = longer.dataset["t"].values
-    excess = np.abs(longer.dataset["drive"].values) - longer.dataset["threshold"].values
-    for when in (80.0, 400.0):
-        predicted = np.exp(np.interp(np.log(when), np.log(tail.later), np.log(tail.predicted)))
-        assert abs(predicted / np.interp(when, t, excess) - 1.0) < 0.1
-    last = short.dataset.isel(t=-1)
-    near(tail.computed[-1], abs(float(last.drive)) - float(last.threshold))
-
-
-def test_prediction_comes_true() -> None:
-    check_prediction_comes_true()
-
-
-def check_interior_tail() -> None:
-    """The distance from the end is that of the states, and the law beside it runs parallel to its end."""
-    solution = run("elastic")
-    tail, limit = ending.tail_of(view.view(solution)), solution.limit
-    assert tail is not None
-    assert limit is not None
-    assert limit.equilibrium is not None
-    assert tail.kind == "interior"
-    assert abs(tail.computed[-1] / limit.distance - 1.0) <= 1e-9
-    late = tail.t > 5.0
-    slope = np.polyfit(tail.t[late], np.log(tail.computed[late]), 1)[0]
-    assert abs(slope / limit.rate + 1.0) < 0.02
-
-
-def test_interior_tail() -> None:
-    check_interior_tail()
-
-
-@pytest.mark.parametrize("name", ["buckles", "held", "long", "elastic", "jump", "short", "still", "stopped"])
-def test_ending_is_drawn_for_every_run(name: str) -> None:
-    figure = ending.ending(run(name))
-    assert len(figure.axes) == (2 if name in ("buckles", "held", "long", "elastic") else 1)
-    assert _has(figure.axes[0], "rod in the end") == (name not in ("jump", "short", "stopped"))
-
-
-def test_pictures_of_ends_solve_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    results = [made(name) for name in EVERY]
-
-    def refuse(*args: object, **options: object) -> None:
-        raise AssertionError("a picture must not solve anything")
-
-    for module, name in (
-        ("motion.solve", "integrate"),
-        ("equilibria.rest", "settle"),
-        ("equilibria.eigen", "eigenvalues"),
-    ):
-        monkeypatch.setattr(sys.modules[f"plastica.{module}"], name, refuse)
-    for result in results:
-        pl.plot(result)
-
-
-# -- the section of the report -------------------------------------------------------------------------------------
-
-
-def check_section() -> None:
-    """The report says where it ends: kind, numbers in the end, stability, assumptions, pictures with words."""
-    for name, words in (
-        ("held", ("creeps on", "halves within", "The end is stable", "Forgotten", "assumed")),
-        ("still", ("comes to rest", "Yields no more", "checked")),
-        ("stopped", ("cannot be told yet", "What would decide it", "follow the motion further")),
-        ("cycles", ("No limit is predicted", "go on changing")),
-    ):
-        text = Reader(page(name)).text.lower()
-        assert "where it ends" in text
-        for each in words:
-            assert each.lower() in text, f"{name}: {each}"
-
-
-def test_section() -> None:
-    check_section()
-
-
-def test_section_has_numbers_of_the_limit() -> None:
-    solution = run("held")
-    section = outlook.ending(Subject(solution, 0.0))
-    limit = solution.limit
-    assert limit is not None
-    assert limit.equilibrium is not None
-    cards = {card["name"]: card["value"] for card in section.data["cards"]}
-    assert cards["Natural curvature in the end"] == f"{limit.equilibrium.mu_nat / LENGTH:.4g} m⁻¹"
-    assert section.data["figure"]["caption"].alt.count("mm") >= 2
-    assert len(section.data["assumptions"]) == len(limit.assumptions)
-
-
-def test_an_unstable_end_is_told() -> None:
-    solution = pl.solve(strut(), 0.0, until=5.0)
-    section = outlook.ending(Subject(solution, 0.0))
-    assert solution.limit is not None
-    assert solution.limit.stable is False
-    assert not section.data["stable"]
-    assert "not stable" in section.data["stability"]
+    assert made("spectrum").lowest.size == 3
+    assert f"unstable in {made('spectrum').unstable} direction" in title(pl.plot(made("spectrum")))
+    assert "double eigenvalue" in title(pl.plot(made("spectrum at Euler's load")))
 
 
 # -- branches and charts -------------------------------------------------------------------------------------------
@@ -456,7 +256,7 @@ def test_path_of_a_run_is_drawn_into_a_phase_diagram() -> None:
     way = found.path(solution)
     near(line(left, "path of the run")[1], way["alpha"].values)
     near(line(right, "path of the run")[1], way["natural_curvature"].values)
-    assert not _has(pl.plot(found).axes[0], "path of the run")
+    assert not has(pl.plot(found).axes[0], "path of the run")
 
 
 def check_basin() -> None:

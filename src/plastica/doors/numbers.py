@@ -126,6 +126,6 @@ def _groups(scenario: Scenario) -> dict[str, float]:
 
 
 def _landings(model: Strut, end: float) -> int:
-    from plastica.motion.plan import landing_points
+    from plastica.motion.itinerary import landing_points
 
     return len(landing_points(model, end))
