@@ -242,6 +242,14 @@ def test_a_basin_in_si() -> None:
     assert found.to_dataset()["amplitude"].attrs["units"] == "1/m"
 
 
+def test_a_material_that_does_not_stay_straight_is_refused() -> None:
+    curled = pl.Material("(m - 1)**2", "pos(x)**2", "0.1")
+    strut = pl.Strut(curled, pl.Load(thrust=1.0), pl.Grid(nodes=8))
+    for ask in (lambda: pl.thresholds(curled), lambda: pl.capacity(curled, 1.0), lambda: pl.basin(strut)):
+        with pytest.raises(ArgumentError, match="stay as it is"):
+            ask()
+
+
 @pytest.mark.parametrize(
     ("change", "where"),
     [

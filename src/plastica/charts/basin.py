@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.charts.starts import NODES, interval_of, read_shape, scaled
+from plastica.charts.starts import NODES, interval_of, read_shape, scaled, straight_interval
 from plastica.equilibria.catalog import equilibria
 from plastica.equilibria.equilibrium_set import EquilibriumSet
 from plastica.equilibria.limits import Limit
@@ -177,6 +177,7 @@ def basin(
         strut = strut.with_grid(Grid(NODES, strut.grid.breaks))
     written, _ = read_shape(shape, strut, "shape")
     found = equilibria(strut.material, float(strut.loads.thrust(0.0)), specimen=strut.specimen)
+    straight_interval(found)
     began = clock.perf_counter()
     limits: list[Limit] = []
     for size in sizes.tolist():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.charts.starts import NODES, interval_of, read_shape, scaled
+from plastica.charts.starts import NODES, interval_of, read_shape, scaled, straight_interval
 from plastica.charts.thresholds import Thresholds, thresholds
 from plastica.equilibria.catalog import equilibria
 from plastica.equilibria.equilibrium_set import EquilibriumSet
@@ -183,7 +183,7 @@ def _thrusts(gamma: ArrayLike) -> Array:
 
 
 def _row(start: _Start, found: EquilibriumSet, rtol: float) -> _Row:
-    edge = next(hi for lo, hi in found.intervals if lo <= 0.0 <= hi)
+    edge = straight_interval(found)[1]
     if len(found.intervals) == 1 and not found.isolated and found.complete:
         return _Row(math.inf, math.inf, math.nan, edge, 0)
     outermost = max(0.0, *(abs(point.alpha) for point in found.limiting), 2.0 * math.sqrt(found.gamma))

@@ -20,7 +20,7 @@ from plastica.charts.components import (
     tracing_grid,
 )
 from plastica.equilibria.catalog import equilibria
-from plastica.equilibria.elastica import LARGEST_ALPHA, drive, ends
+from plastica.equilibria.elastica import drive, ends
 from plastica.equilibria.oscillation import unstable_count
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws, Material
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 __all__ = ["PhaseDiagram", "phase_diagram"]
 
 Array = NDArray[np.float64]
+
+LARGEST_ALPHA = 1e5
+"""Clamp curvature up to which a diagram is drawn."""
 
 LARGEST_GAMMA = 600.0
 """Thrust up to which a diagram is drawn: beyond, the layer at the separatrix is narrower than doubles can tell."""
@@ -244,7 +247,7 @@ def phase_diagram(
     material : Material
         The laws; the flow law does not matter.
     gamma, alpha : tuple of (float, float)
-        The window, dimensionless: 0 <= gamma <= 600.
+        The window, dimensionless: 0 <= gamma <= 600, |alpha| <= 1e5.
     shape : tuple of (int, int)
         Points along each, at least 2 and at most 5000, ten million together.
     specimen : Specimen, optional

@@ -11,7 +11,7 @@ from plastica.physics.initial import Shape, initial_shape, nodal_values
 from plastica.physics.strut import Strut
 from plastica.units import looks_like_quantity
 
-__all__ = ["NODES", "interval_of", "read_shape", "scaled"]
+__all__ = ["NODES", "interval_of", "no_straight_rod", "read_shape", "scaled", "straight_interval"]
 
 Array = NDArray[np.float64]
 
@@ -81,6 +81,38 @@ def scaled(written: Shape, amplitude: float, strut: Strut) -> Shape:
     return Shape(function, tuple(b * length for b in written.breaks), f"{amplitude:g} * ({written.words})")
 
 
+def straight_interval(found: EquilibriumSet) -> tuple[float, float]:
+    """Return the interval of the admissible set that contains the straight rod.
+
+    Parameters
+    ----------
+    found : EquilibriumSet
+        All equilibria of a thrust.
+
+    Returns
+    -------
+    tuple of (float, float)
+
+    Raises
+    ------
+    ArgumentError
+        Where there is none, which only an inadmissible material can bring about.
+    """
+    for low, high in found.intervals:
+        if low <= 0.0 <= high:
+            return low, high
+    raise no_straight_rod()
+
+
+def no_straight_rod() -> ArgumentError:
+    """Return the error of a material under which the straight rod does not stay straight."""
+    return ArgumentError(
+        "must let the straight rod without natural curvature stay as it is, |kappa'(0)| <= Theta(0), which it does not",
+        where="material",
+        next_step="See material.admissibility().",
+    )
+
+
 def interval_of(found: EquilibriumSet, alpha: float) -> int | None:
     """Tell in which interval of the admissible set a limit lies, counted from that of the straight rod.
 
@@ -98,6 +130,6 @@ def interval_of(found: EquilibriumSet, alpha: float) -> int | None:
         None for one that lies in none, such as an isolated point.
     """
     away = [max(lo - alpha, alpha - hi, 0.0) for lo, hi in found.intervals]
-    centre = next(i for i, (lo, hi) in enumerate(found.intervals) if lo <= 0.0 <= hi)
+    centre = found.intervals.index(straight_interval(found))
     best = int(np.argmin(away))
     return best - centre if away[best] <= ON_EDGE * max(1.0, abs(alpha)) else None

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.charts.gap import gap
+from plastica.charts.starts import no_straight_rod
 from plastica.equilibria.elastica import ends
 from plastica.equilibria.reach import FALLBACK, reach
 from plastica.errors import ArgumentError
@@ -117,7 +118,8 @@ def thresholds(material: Material, *, specimen: Specimen | None = None) -> Thres
     Raises
     ------
     ArgumentError
-        Where the material is none, or its parameters carry units and there is no specimen.
+        Where the material is none, its parameters carry units and there is no specimen, or the straight rod is no
+        equilibrium of it.
 
     Notes
     -----
@@ -141,6 +143,8 @@ def thresholds(material: Material, *, specimen: Specimen | None = None) -> Thres
     if specimen is not None and not isinstance(specimen, Specimen):
         raise ArgumentError("must be a pl.Specimen or None", where="specimen", value=specimen)
     laws = laws_of(material, specimen)
+    if not abs(laws.preference.slope_at(0.0)) <= laws.threshold.value_at(0.0):
+        raise no_straight_rod()
     star, split = _gamma_star(laws), _split(laws)
     double, place = split if split is not None else (None, None)
     sentences = (_star_words(star, specimen), _split_words(split, specimen), _euler_words(specimen))
