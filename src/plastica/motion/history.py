@@ -15,6 +15,9 @@ __all__ = ["History", "chebyshev_points"]
 
 Array = NDArray[np.float64]
 
+BLOCK = 20_000
+"""Times that are interpolated at once: what that takes beside the states themselves stays some megabytes."""
+
 
 @cache
 def chebyshev_points(degree: int) -> Array:
@@ -117,8 +120,9 @@ class History:
         out = np.empty((query.size, self.y.shape[1]))
         degree = np.diff(self.first) - 1
         for d in np.unique(degree[step]):
-            chosen = np.nonzero(degree[step] == d)[0]
-            out[chosen] = self._polynomials(int(d), self.first[step[chosen]], query[chosen])
+            alike = np.nonzero(degree[step] == d)[0]
+            for chosen in (alike[i : i + BLOCK] for i in range(0, alike.size, BLOCK)):
+                out[chosen] = self._polynomials(int(d), self.first[step[chosen]], query[chosen])
         return out
 
     def _polynomials(self, degree: int, first: NDArray[np.int64], query: Array) -> Array:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +28,16 @@ if TYPE_CHECKING:
 __all__ = ["Solution"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
-LARGEST_TABLE = 50_000_000
+LARGEST_TABLE = 20_000_000
 """Values that `at` will compute in one call."""
+
+LARGEST_WORK = 1_000_000_000
+"""Different times by nodes that `at` will go through in one call: about a minute."""
+
+BLOCK = 650_000
+"""Values at nodes and places that `at` keeps at once, about 20 000 times on 16 nodes: some fifty megabytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +180,8 @@ class Solution:
         Raises
         ------
         ArgumentError
-            Where s is not on the rod, t not in the time computed, or there are too many values.
+            Where s is not on the rod, t not in the time computed, or there are too many values (20 million) or too many
+            times on too many nodes. What memory it takes beyond the values does not grow with their number.
         """
         scales = self.model.scales
         try:
@@ -180,14 +190,35 @@ class Solution:
             shape = np.broadcast_shapes(where.shape, when.shape)
         except (TypeError, ValueError):
             raise ArgumentError("must be numbers whose shapes broadcast", where="s, t") from None
-        if int(np.prod(shape)) > LARGEST_TABLE:
-            raise ArgumentError(f"must give at most {LARGEST_TABLE} values", where="s, t", value=shape)
-        places, at_place = np.unique(_snapped(where, 0.0, 1.0), return_inverse=True)
-        moments, at_moment = np.unique(_snapped(when, self.history.start, self.history.end), return_inverse=True)
-        table = self.model.curvature_between(moments, self.history(moments)[:, : self.model.grid.size], places)
+        if prod(shape) > LARGEST_TABLE:
+            raise _too_many(f"must give at most {LARGEST_TABLE} values", shape)
+        start, end = self.history.start, self.history.end
+        si = self.model.specimen is not None
+        where, when = _snapped(where, 0.0, 1.0), _snapped(when, start, end)
+        _within(where, 0.0, 1.0, "s", scales.length, " m, on the rod" if si else ", in units of its length")
+        _within(when, start, end, "t", scales.time, f"{' s' if si else ''}, where the motion was computed")
+        places, at_place = np.unique(where, return_inverse=True)
+        moments, at_moment = np.unique(when, return_inverse=True)
+        if moments.size * self.model.grid.size > LARGEST_WORK:
+            raise _too_many(f"must be at most {LARGEST_WORK} times by nodes", moments.size * self.model.grid.size)
         index = np.broadcast_arrays(at_moment.reshape(when.shape), at_place.reshape(where.shape))
-        values = table[tuple(index)] * scales.curvature
+        values = self._between(moments, places, *(each.ravel() for each in index)).reshape(shape) * scales.curvature
         return float(values) if shape == () else values
+
+    def _between(self, moments: Array, places: Array, at_moment: Indices, at_place: Indices) -> Array:
+        """Curvature at pairs of moments and places, in blocks, so that memory does not grow with their number."""
+        n = self.model.grid.size
+        columns = max(1, BLOCK // (2 * n))
+        rows = max(1, BLOCK // (2 * n + min(places.size, columns)))
+        values = np.empty(at_moment.size)
+        for first, chosen in _pieces(at_moment, rows):
+            now = moments[first : first + rows]
+            states = self.history(now)[:, :n]
+            needed, at = np.unique(at_place[chosen], return_inverse=True)
+            for start, part in _pieces(at, columns):
+                table = self.model.curvature_between(now, states, places[needed[start : start + columns]])
+                values[chosen[part]] = table[at_moment[chosen[part]] - first, at[part] - start]
+        return values
 
     def with_provenance(self, **entries: str) -> Solution:
         """Return the same solution with further entries in its provenance."""
@@ -230,3 +261,30 @@ def _snapped(values: Array, lower: float, upper: float) -> Array:
     slack = 4.0 * np.finfo(float).eps * max(abs(lower), abs(upper))
     values = np.where((values > upper) & (values <= upper + slack), upper, values)
     return np.where((values < lower) & (values >= lower - slack), lower, values)
+
+
+def _within(values: Array, lower: float, upper: float, name: str, scale: float, unit: str) -> None:
+    """Refuse values outside [lower, upper] or not a number, in the user's units."""
+    outside = ~((values >= lower) & (values <= upper))
+    if outside.any():
+        raise ArgumentError(
+            f"must lie in [{lower * scale:.12g}, {upper * scale:.12g}]{unit}",
+            where=name,
+            value=float(values[outside].flat[0] * scale),
+        )
+
+
+def _too_many(rule: str, value: object) -> ArgumentError:
+    return ArgumentError(rule, where="s, t", value=value, next_step="Ask for a part of them at a time.")
+
+
+def _pieces(index: Indices, size: int) -> Iterator[tuple[int, Indices]]:
+    """For each `size` numbers in turn that occur in `index`: the first of them, and where they occur."""
+    if index.size == 0:
+        return
+    order = np.argsort(index, kind="stable")
+    firsts = np.arange(0, int(index[order[-1]]) + 1 + size, size)
+    cuts = np.searchsorted(index[order], firsts)
+    for first, begin, end in zip(firsts[:-1], cuts[:-1], cuts[1:], strict=True):
+        if end > begin:
+            yield int(first), order[begin:end]
