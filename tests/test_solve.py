@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -192,6 +194,109 @@ def test_failure_keeps_what_was_computed() -> None:
     assert lost.history.end < 100.0
 
 
+def check_verdict_on_what_is_kept(thrust: float, bow: float) -> None:
+    """What the verdict on a loaded rod says it would keep is what it keeps when it is let go."""
+    held = pl.solve(STRUT.with_load(pl.Load(thrust=thrust)), bow, until=200.0)
+    gone = pl.solve(held.model.with_load(pl.Load()), start=held, until=1e6)
+    tip = float(gone.dataset.tip_y[-1])
+    assert abs(held.outcome.set_deflection - tip) <= 1e-5
+    assert abs(gone.outcome.set_deflection - tip) <= 1e-5
+    assert gone.outcome.headline == "Takes a permanent set"
+
+
+@pytest.mark.parametrize(("thrust", "bow"), [(2.6, 0.1), (3.0, 0.5), (5.0, 0.5)])
+def test_the_verdict_under_load_tells_what_is_kept(thrust: float, bow: float) -> None:
+    check_verdict_on_what_is_kept(thrust, bow)
+
+
+def test_a_rod_that_goes_on_remembers_its_very_first_shape(tmp_path: Path) -> None:
+    soft = pl.Material("0.02*m**2", "pos(x)**2", "0.3")
+    held = pl.solve(pl.Strut(soft, pl.Load(thrust=2.8), pl.Grid(20)), 0.2, until=60.0)
+    free = pl.solve(held.model.with_load(pl.Load()), start=held, until=120.0)
+    assert held.outcome.memory == free.outcome.memory == "permanent set"
+    assert free.outcome.headline == "Takes a permanent set"
+    assert pl.read(free.save(tmp_path / "free.nc")).outcome == free.outcome
+    with pytest.raises(ArgumentError, match="`curvature` must not be given together"):
+        pl.solve(held.model, 0.3, start=held, until=120.0)
+
+
+def test_a_rod_left_alone_stays_at_rest() -> None:
+    still = pl.solve(STRUT.with_load(pl.Load()), 0.0, until=10.0)
+    assert still.outcome.headline == "Stays at rest"
+    tiny = pl.solve(STRUT.with_load(pl.Load()), 1e-100, until=200.0)
+    assert "free end is 0 L off" in tiny.outcome.sentence
+
+
+@pytest.mark.parametrize("amplitude", [1e-100, 1e-150, 1e-300])
+def test_starts_of_any_size(amplitude: float) -> None:
+    assert pl.solve(STRUT, amplitude, until=10.0).status.ok
+
+
+def check_pulse(load: pl.Load, table: pl.Load, shape: float) -> None:
+    """A pulse written as text, or of little weight beside the thrust, is met as by a method that cannot miss it."""
+    t = np.linspace(40.0, 60.0, 401)
+    found, known = (
+        pl.solve(STRUT.with_load(each), shape, until=100.0, method=method)
+        for each, method in ((load, "LSODA"), (table, "DOP853"))
+    )
+    exact = known.at(0.1, t)
+    assert np.abs(found.at(0.1, t) - exact).max() <= 2e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("width", [1.0, 0.2])
+def test_a_pulse_written_as_text_is_met(width: float) -> None:
+    t = np.linspace(0.0, 100.0, 20001)
+    table = pl.Load(transverse=(t, 0.5 * np.exp(-(((t - 47.0) / width) ** 2))))
+    check_pulse(pl.Load(transverse=f"0.5*exp(-((t - 47)/{width})**2)"), table, 0.3)
+
+
+@pytest.mark.parametrize("extra", [False, True])
+def test_a_pulse_that_is_small_beside_the_thrust_is_met(extra: bool) -> None:
+    times, values = [0.0, 50.0, 50.05, 50.1], [0.0, 0.0, 0.0014, 0.0]
+    if extra:
+        times, values = [0.0, 10.0, 50.0, 50.05, 50.1], [0.0, 0.0, 0.0, 0.0014, 0.0]
+    load = pl.Load(thrust=3.0, transverse=(times, values))
+    sol = pl.solve(STRUT.with_load(load), 0.0, until=200.0)
+    assert sol.outcome.headline == "Bends and takes a permanent set"
+
+
+def test_only_what_settles_counts_as_settled() -> None:
+    for text, settled in (("3*pos(1 - t)", 1.0), ("2 + step(t - 5)", 5.0), ("exp(-((t - 47)/0.02)**2)", None)):
+        assert pl.programs.expression(text).settled == settled
+    with pytest.raises(ArgumentError, match="become constant"):
+        pl.solve(STRUT.with_load(pl.Load(transverse="exp(-((t - 47)/0.02)**2)")), 0.1, until="equilibrium")
+
+
+def test_times_are_kept_to_the_bit_in_si() -> None:
+    specimen = pl.Specimen(length=0.25, bending_stiffness=0.035, retardation_time=137.3)
+    strut = pl.Strut(
+        pl.catalogue.material("one-shape", length=0.25, stiffness=0.035, time=137.3), pl.Load(), pl.Grid(8), specimen
+    )
+    times = np.linspace(0.0, 1000.0, 97)
+    assert np.array_equal(pl.solve(strut, 1.0, until=1000.0, times=times).dataset.t.values, times)
+
+
+def test_times_beyond_rest_are_reached() -> None:
+    sol = pl.solve(pl.Strut(pair("A"), pl.Load(thrust=1.0)), 0.05, until="equilibrium", times=[1.0, 1e3, 1e5])
+    assert sol.dataset.t.values.tolist() == [1.0, 1e3, 1e5]
+
+
+def test_the_dataset_shows_events_and_knots() -> None:
+    sol = pl.solve(STRUT.with_load(pl.Load(thrust=([0.0, 2.0, 50.0], [2.0, 3.0, 3.0]))), "1 + cos(3*s)", until=20.0)
+    times = sol.dataset.t.values
+    for event in sol.events:
+        assert np.abs(times - event.t).min() == 0.0
+    assert {"transverse", "end_couple", "weight"} <= set(sol.dataset)
+
+
+def test_numbers_of_any_kind_are_numbers() -> None:
+    one = pl.solve(
+        STRUT, np.array(0.2), np.float64(0.1), until=np.array(5.0), rtol=np.float32(1e-6), max_steps=np.int64(900)
+    )
+    other = pl.solve(STRUT, 0.2, 0.1, until=5, rtol=float(np.float32(1e-6)))
+    assert np.array_equal(one.history.y, other.history.y)
+
+
 def test_a_solution_introduces_itself() -> None:
     sol = pl.solve(STRUT, "1 + cos(3*s)", until=100.0)
     text = str(sol)
@@ -225,6 +330,14 @@ def test_a_solution_introduces_itself() -> None:
         ({"times": [1.0, 0.5]}, "times"),
         ({"times": []}, "times"),
         ({"max_steps": 0}, "max_steps"),
+        ({"until": True}, "until"),
+        ({"until": np.array([5.0, 6.0])}, "until"),
+        ({"method": np.array(["BDF", "x"])}, "method"),
+        ({"atol": True}, "atol"),
+        ({"start": 5}, "start"),
+        ({"checkpoint": 5}, "checkpoint"),
+        ({"checkpoint": "/nonexistent/folder/ck"}, "folder"),
+        ({"checkpoint": "c", "checkpoint_every": "x"}, "checkpoint_every"),
     ],
 )
 def test_mistakes_are_one_clear_message(arguments: dict[str, object], word: str) -> None:

@@ -130,7 +130,9 @@ def test_flipped_bits_are_seen_or_harmless(tmp_path: Path) -> None:
         print(refused)
         """
     )
-    done = subprocess.run([sys.executable, "-c", script, str(whole)], capture_output=True, text=True, timeout=240, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(whole)], capture_output=True, text=True, timeout=240, check=False
+    )
     assert done.returncode == 0, done.stderr[-500:]
     assert int(done.stdout) >= 60
 
@@ -191,6 +193,55 @@ def test_automatic_nodes_resume_too(tmp_path: Path) -> None:
     last = sorted((tmp_path / "c").glob("nodes-*/legs-*.npz"))[-1]
     last.unlink()
     check_resumed(whole, pl.solve(strut, **LONG, checkpoint=tmp_path / "c", checkpoint_every=0.0, resume=True))
+
+
+def check_every_prefix(strut: pl.Strut, run: dict[str, object], folder: Path) -> None:
+    whole = pl.solve(strut, **run, checkpoint=folder, checkpoint_every=0.0)
+    chosen = f"nodes-{whole.grid.per_element}"
+    count = len(list(folder.glob(f"{chosen}/legs-*.npz")))
+    for kept in (0, 1, count // 3, count - 1):
+        for path in sorted(folder.glob(f"{chosen}/legs-*.npz"))[kept:]:
+            path.unlink()
+        check_resumed(whole, pl.solve(strut, **run, checkpoint=folder, checkpoint_every=0.0, resume=True))
+
+
+def test_automatic_nodes_resume_from_any_prefix_of_a_fading_motion(tmp_path: Path) -> None:
+    """What is left late is small; the size met early must still be known."""
+    load = pl.Load(thrust=pl.programs.cycles(0.0, 1.0, 1.0, 12))
+    strut = pl.Strut(pair("A"), load, pl.Grid(nodes="auto"))
+    check_every_prefix(strut, {"curvature": "2*cos(4*s)", "until": 14.0, "rtol": 1e-7}, tmp_path / "c")
+
+
+def test_too_few_nodes_for_anything_resume_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from plastica.motion import solve as module
+
+    monkeypatch.setattr(module, "AUTO_NODES", (6,))
+    strut = pl.Strut(pair("A"), pl.Load(thrust=3.0), pl.Grid(nodes="auto"))
+    run = {"curvature": 0.3, "until": 20.0, "rtol": 1e-8}
+    whole = pl.solve(strut, **run)
+    assert whole.status.code == "done"
+    assert "the most tried" in whole.notes[-1]
+    check_resumed(whole, pl.solve(strut, **run, checkpoint=tmp_path / "c", checkpoint_every=0.0, resume=True))
+    check_resumed(whole, pl.solve(strut, **run, checkpoint=tmp_path / "c", checkpoint_every=0.0, resume=True))
+
+
+def test_another_run_in_the_same_folder_starts_afresh(tmp_path: Path) -> None:
+    strut = pl.Strut(pair("A"), pl.Load(thrust=3.0), pl.Grid(nodes="auto"))
+    pl.solve(strut, "cos(9*s)", until=1.0, checkpoint=tmp_path / "c", checkpoint_every=0.0)
+    easy = pl.solve(strut, 0.1, until=1.0, rtol=1e-5, checkpoint=tmp_path / "c", checkpoint_every=0.0)
+    again = pl.solve(strut, 0.1, until=1.0, rtol=1e-5, checkpoint=tmp_path / "c", checkpoint_every=0.0, resume=True)
+    check_resumed(easy, again)
+
+
+def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
+    def interrupt(_: object) -> None:
+        raise KeyboardInterrupt
+
+    long = {**LONG, "until": 400.0}
+    strut = long_strut().with_load(pl.Load(thrust=pl.programs.cycles(0.0, 3.0, 2.0, 200)))
+    with pytest.raises(KeyboardInterrupt):
+        pl.solve(strut, **long, checkpoint=tmp_path / "c", checkpoint_every=1e6, progress=interrupt)
+    assert list((tmp_path / "c").glob("legs-*.npz"))
 
 
 @pytest.mark.parametrize("wait", [0.05, 0.25])

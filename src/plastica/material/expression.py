@@ -18,7 +18,7 @@ from plastica.errors import ArgumentError
 if TYPE_CHECKING:
     from plastica.material.compiled import ArrayFunction, ScalarFunction
 
-__all__ = ["FUNCTIONS", "Breakpoint", "Expression", "breakpoints", "check_name", "parse", "symbol"]
+__all__ = ["FUNCTIONS", "Breakpoint", "Expression", "breakpoints", "check_name", "constant_beyond", "parse", "symbol"]
 
 FUNCTIONS: Final = (
     "pos", "abs", "exp", "log", "sin", "cos", "tan", "tanh", "sinh", "cosh", "sqrt", "atan",
@@ -183,6 +183,49 @@ def breakpoints(
             jumps = isinstance(node, fn.STEP_LIKE) or found.get(position) == "jump"
             found[position] = "jump" if jumps else "kink"
     return tuple(Breakpoint(position, found[position]) for position in sorted(found))
+
+
+def constant_beyond(expression: Expression, values: Mapping[str, float], at: float) -> bool:
+    """Tell whether an expression no longer depends on its variable beyond `at`.
+
+    Parameters
+    ----------
+    expression : Expression
+        The expression, in t or s.
+    values : mapping of str to float
+        Values of its parameters.
+    at : float
+        A position beyond all its linear breaks.
+
+    Returns
+    -------
+    bool
+        True where the formula, with every step, pos and abs of a linear argument replaced by the branch it is on,
+        has no variable left in it.
+    """
+    from plastica.material import functions as fn
+    from plastica.material.compiled import constant_value
+
+    if expression.variable is None:
+        return True
+    variable = symbol(expression.variable)
+
+    name = expression.variable
+
+    def branch(node: Any) -> Any:
+        inner = node.args[0]
+        if fn.depends(fn.derive(inner, variable), variable):
+            return node
+        beyond = constant_value(inner, {**values, name: at}) > 0.0
+        if isinstance(node, fn.absolute):
+            return inner if beyond else -inner
+        if isinstance(node, fn.pos):
+            return inner if beyond else 0 * inner
+        return node.func(1.0 if beyond else -1.0)
+
+    broken = (fn.pos, fn.absolute, *fn.STEP_LIKE)
+    settled = expression.tree.replace(lambda node: isinstance(node, broken), branch)
+    return not fn.depends(settled, variable)
 
 
 def _zeros(tree: Any, name: str, values: Mapping[str, float], interval: tuple[float, float] | None) -> list[float]:

@@ -56,8 +56,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 def dataset(solution: Solution) -> xarray.Dataset:
     """Return all variables of a solution over its times and nodes (design note, section 4).
 
-    Coordinates are `t` and `s`, with the quadrature weights `s_weight`; loads that are absent throughout have no
-    variable, the thrust always has one. Without a temperature, entropies are given times the temperature.
+    Coordinates are `t` and `s`, with the quadrature weights `s_weight`. Without a temperature, entropies are given
+    times the temperature; only a material with three preferred shapes has a volume fraction.
     """
     import xarray
 
@@ -65,7 +65,11 @@ def dataset(solution: Solution) -> xarray.Dataset:
     dimensionless = strut.specimen is None
     values = _values(solution)
     coordinates = {
-        "t": ("t", solution.t * scales.time, _label("time", "time", dimensionless, scales)),
+        "t": (
+            "t",
+            solution.t * scales.time if solution.times is None else solution.times,
+            _label("time", "time", dimensionless, scales),
+        ),
         "s": (
             "s",
             strut.grid.s * scales.length,
@@ -126,8 +130,7 @@ def _values(solution: Solution) -> dict[str, Array]:
     well = strut.material.well
     if well is not None:
         values["volume_fraction"] = mu_nat / (well * strut.scales.length)
-    present = {"thrust": strut.loads.thrust, **dict(strut.loads.sources())}
-    for name, program in present.items():
+    for name, program in strut.loads.items():
         values["end_couple" if name == "couple" else name] = np.asarray(program(t), dtype=float)
     return values
 

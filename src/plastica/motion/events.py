@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.motion.plan import landing_points
+from plastica.motion.itinerary import landing_points
 from plastica.motion.status import Event
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["events"]
+__all__ = ["events", "moments"]
+
+MOST_KNOTS = 10_000
 
 Array = NDArray[np.float64]
 
@@ -28,8 +30,28 @@ def events(solution: Solution) -> tuple[Event, ...]:
     return tuple(sorted(found, key=lambda event: event.t))
 
 
-def _yielding(solution: Solution) -> list[Event]:
+def moments(solution: Solution) -> Array:
+    """Return the dimensionless times of events and knots within a solution, which its dataset shows with its steps.
+
+    Of loads with more than 10 000 knots, only those on which the integrator landed.
+    """
     strut, history = solution.model, solution.history
+    knots = () if strut.loads.is_constant else strut.loads.knots(history.end)
+    times = [event.t / strut.scales.time for event in _quarter_turns(solution)]
+    if len(knots) <= MOST_KNOTS:
+        times += [knot.t for knot in knots]
+    found = np.array([t for t in times if history.start < t < history.end])
+    steps = history.t[history.accepted]
+    if found.size == 0:
+        return found
+    # What the integrator landed on is there already; rounding must not make it two.
+    near = np.searchsorted(steps, found)
+    gap = np.minimum(np.abs(found - steps[near - 1]), np.abs(steps[np.minimum(near, steps.size - 1)] - found))
+    return np.unique(found[gap > 64.0 * np.spacing(found)])
+
+
+def _yielding(solution: Solution) -> list[Event]:
+    history = solution.history
     starts, moving = solution.legs
     out = []
     if moving[0]:
@@ -38,7 +60,6 @@ def _yielding(solution: Solution) -> list[Event]:
     for before, after, t in zip(moving[:-1], moving[1:], ends, strict=True):
         if before != after:
             out.append(_switch(solution, t, onset=bool(after), sentence=""))
-    _ = strut
     return out
 
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -21,26 +20,35 @@ from plastica.motion.history import History, chebyshev_points
 from plastica.physics.kernel import Kernel, kernel
 from plastica.physics.strut import Strut
 
-__all__ = ["METHODS", "Leg", "Options", "integrate"]
+__all__ = ["METHODS", "Ending", "Leg", "Options", "Stop", "Stretch", "integrate"]
 
 Array = NDArray[np.float64]
-Stop = Callable[[float, Array, Kernel], bool]
 
 METHODS = ("LSODA", "DOP853", "Radau", "BDF")
 """SciPy's solvers that a run may use; "auto" is LSODA, the fastest at equal error in every measured case."""
 
-Ending = Literal["landed", "switched", "full", "stopped", "solver_failed", "not_finite"]
+Ending = Literal["landed", "switched", "full", "at_rest", "too_coarse", "solver_failed", "not_finite"]
+Stop = Callable[[float, Array, Kernel], Ending | None]
+"""Looks at every accepted state; what it returns ends the run."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to integrate: method, tolerances (atol per component), steps in a leg and in all, longest step."""
+    """How to integrate: method, tolerances (atol per component), steps in a leg and in all."""
 
     method: str
     rtol: float
     atol: Array
     leg_steps: int = 2000
     most_steps: int = 200_000
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of time without a jump of a load, and the longest step that overlooks no change of one."""
+
+    start: float
+    end: float
     longest_step: float = np.inf
 
 
@@ -54,7 +62,7 @@ class Leg:
         The state on the leg, its first and last state included.
     ending : str
         "landed" on the end asked for, "switched" between yielding and frozen, "full" (the steps of a leg are used up),
-        "stopped" (by the stop criterion), "solver_failed", "not_finite".
+        "at_rest" or "too_coarse" (by the stop criterion), "solver_failed", "not_finite".
     moving : bool
         Whether the natural curvature moves at the start of the leg.
     moving_next : bool
@@ -77,23 +85,23 @@ class Leg:
 def integrate(
     strut: Strut,
     y: Array,
-    times: tuple[float, ...],
+    stretches: Sequence[Stretch],
     options: Options,
     *,
     moving: bool | None = None,
     taken: int = 0,
     stop: Stop | None = None,
 ) -> Iterator[Leg]:
-    """Advance the state through `times`, yielding leg after leg.
+    """Advance the state through stretches of time, yielding leg after leg.
 
     Parameters
     ----------
     strut : Strut
         The model, on a grid with a number of nodes.
     y : ndarray, shape (n + 4,)
-        State at times[0], as in `physics.kernel`.
-    times : tuple of float
-        Start, the knots of the loads to land on, and the end; increasing.
+        State at the start of the first stretch, as in `physics.kernel`.
+    stretches : sequence of Stretch
+        Stretches that follow each other, within which no load jumps.
     options : Options
         Method and tolerances.
     moving : bool, optional
@@ -102,25 +110,26 @@ def integrate(
     taken : int
         Steps taken before; the run ends where they reach `options.most_steps`.
     stop : callable, optional
-        Called at the start of every leg and after every step with (t, y, kernel); a true value ends the run.
+        Called at the start of every leg and after every step with (t, y, kernel); an ending ends the run.
 
     Yields
     ------
     Leg
         The last one tells by its `ending` how it all ended.
     """
-    for start, end in pairwise(times):
-        kern = kernel(strut, start, end)
-        t = start
+    for stretch in stretches:
+        kern = kernel(strut, stretch.start, stretch.end)
+        t, end = stretch.start, stretch.end
         if moving is None:
             moving = kern.excess(y)[1] > 0.0
         while t < end:
-            if stop is not None and stop(t, y, kern):
-                yield Leg(History.at_rest(t, y), "stopped", moving, moving, "", 1, 0)
+            ending = None if stop is None else stop(t, y, kern)
+            if ending is not None:
+                yield Leg(History.at_rest(t, y), ending, moving, moving, "", 1, 0)
                 return
             if taken >= options.most_steps:
                 return
-            leg = _leg(kern, t, y, end, options, moving, options.most_steps - taken, stop)
+            leg = _leg(kern, t, y, stretch, options, moving, options.most_steps - taken, stop)
             yield leg
             taken += leg.history.steps
             t, y, moving = leg.history.end, leg.history.y[-1], leg.moving_next
@@ -128,14 +137,14 @@ def integrate(
                 return
 
 
-def _solver(kern: Kernel, t: float, y: Array, end: float, options: Options) -> Any:
+def _solver(kern: Kernel, t: float, y: Array, stretch: Stretch, options: Options) -> Any:
     from scipy.integrate import BDF, DOP853, LSODA, Radau
 
-    common: dict[str, Any] = {"rtol": options.rtol, "atol": options.atol, "max_step": options.longest_step}
+    common: dict[str, Any] = {"rtol": options.rtol, "atol": options.atol, "max_step": stretch.longest_step}
     if options.method == "DOP853":
-        return DOP853(kern.rate, t, y, end, **common)
+        return DOP853(kern.rate, t, y, stretch.end, **common)
     kind = {"LSODA": LSODA, "Radau": Radau, "BDF": BDF}[options.method]
-    return kind(kern.rate, t, y, end, jac=kern.jacobian, **common)
+    return kind(kern.rate, t, y, stretch.end, jac=kern.jacobian, **common)
 
 
 class _Recorder:
@@ -191,7 +200,7 @@ class _Recorder:
 
 
 def _leg(
-    kern: Kernel, t: float, y: Array, end: float, options: Options, moving: bool, allowed: int, stop: Stop | None
+    kern: Kernel, t: float, y: Array, stretch: Stretch, options: Options, moving: bool, allowed: int, stop: Stop | None
 ) -> Leg:
     started_moving = moving
     record = _Recorder(t, y, options.method)
@@ -199,7 +208,7 @@ def _leg(
     message = ""
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
         warnings.simplefilter("always")
-        solver = _solver(kern, t, y, end, options)
+        solver = _solver(kern, t, y, stretch, options)
         while len(record.steps) < min(options.leg_steps, allowed):
             message = solver.step() or ""
             if solver.status == "failed":
@@ -225,8 +234,9 @@ def _leg(
                     ending = "switched"
                     break
             record.add(dense, lower, upper, last)
-            if stop is not None and stop(upper, last, kern):
-                ending = "stopped"
+            stopped = None if stop is None else stop(upper, last, kern)
+            if stopped is not None:
+                ending = stopped
                 break
             if solver.status == "finished":
                 ending = "landed"

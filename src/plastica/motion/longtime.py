@@ -18,7 +18,7 @@ from plastica.physics.strut import Strut
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["limit_of", "omega_limit", "time_one_map"]
+__all__ = ["limit_of", "limit_without_load", "omega_limit", "time_one_map"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,37 @@ def limit_of(solution: Solution) -> Limit | None:
         strut = strut.with_load(Load(thrust=float(strut.load.thrust(end * strut.scales.time))))
     n, y = strut.grid.size, solution.history.y[-1]
     return predict_limit(strut, y[:n] * strut.scales.curvature, float(y[n]) * strut.scales.curvature)
+
+
+def limit_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Limit | None:
+    """Follow a finished motion without its loads, from its last state on, until the limit can be told.
+
+    Parameters
+    ----------
+    solution : Solution
+        The motion.
+    longest : float
+        Retardation times after which to give up.
+
+    Returns
+    -------
+    Limit or None
+        None where the integration failed.
+    """
+    strut, end = solution.model, solution.history.end
+    if all(program(end) == 0.0 for _, program in strut.loads.items()) and solution.limit is not None:
+        known = solution.limit
+        if known.kind != "undecided":
+            return known
+    free, later = strut.with_load(Load()), FIRST_LOOK
+    sol = solve(free, start=solution, until=(end + later) * strut.scales.time, rtol=max(1e-8, solution.rtol))
+    while sol.status.ok:
+        limit = limit_of(sol)
+        later *= 3.0
+        if limit is None or limit.kind != "undecided" or later > longest:
+            return limit
+        sol = solve(sol.model, start=sol, until=(end + later) * strut.scales.time, rtol=sol.rtol)
+    return None
 
 
 def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e-10) -> tuple[Array, float]:

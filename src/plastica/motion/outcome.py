@@ -49,7 +49,8 @@ class Outcome:
         "straight" (no tangent angle above 0.01 rad), "buckled" (under thrust alone, above 0.1 rad and at least twice
         the angle it began with), or "bent".
     memory : str
-        "springs back" (the natural curvature is, to the last bit, what it was) or "permanent set".
+        "springs back" (the natural curvature is, to the last bit, what it was at the very first start, and would stay
+        so without load) or "permanent set".
     released : bool
         Whether no load acts at the end.
     resting : bool
@@ -61,9 +62,10 @@ class Outcome:
     distance : str
         How far the last state is from where it will end, and where that is as far as it can be told.
     set_curvature : float
-        Change of the natural curvature, in the user's units.
+        Change of the natural curvature from the very first start to when the rod, let go, has come to rest; in the
+        user's units.
     set_deflection : float
-        How far off the free end's natural place has moved across the clamp's tangent, in the user's units.
+        What that moves the free end's place of rest across the clamp's tangent, in the user's units.
     excess : float
         |drive| - threshold at the end, in the user's units; positive while the rod yields.
     curvature_rate, natural_rate : float
@@ -85,37 +87,56 @@ class Outcome:
 
 
 def outcome(solution: Solution) -> Outcome:
-    """Judge the last state of a solution."""
+    """Judge the last state of a solution.
+
+    What is kept is found by letting the rod go: where loads act at the end, the motion is followed without them until
+    its limit can be told, for on the way back a rod may yield again.
+    """
     strut, scales = solution.model, solution.model.scales
     n, w = strut.grid.size, strut.grid.w
-    first, last, end = solution.history.y[0], solution.history.y[-1], solution.history.end
+    last, end = solution.history.y[-1], solution.history.end
     mu, mu_nat = last[:n], float(last[n])
-    began = float(first[n])
+    began, left = solution.first_natural, _left_without_load(solution)
     mu_t, natural_rate = strut.rate(end, mu, mu_nat)
     excess = float(np.abs(strut.drive(mu, mu_nat)) - strut.threshold(mu_nat))
-    shape = _shape(solution)
-    memory = "springs back" if np.all(solution.history.y[:, n] == began) else "permanent set"
+    kept = bool(np.any(solution.history.y[:, n] != began)) or left != began
+    memory = "permanent set" if kept else "springs back"
     released = all(program(end) == 0.0 for _, program in strut.loads.items())
-    set_deflection = float(natural_centre_line(np.array(mu_nat), np.array(1.0))[1])
-    set_deflection -= float(natural_centre_line(np.array(began), np.array(1.0))[1])
     numbers = {
-        "set_curvature": (mu_nat - began) * scales.curvature,
-        "set_deflection": set_deflection * scales.length,
+        "set_curvature": (left - began) * scales.curvature,
+        "set_deflection": (_rise(left) - _rise(began)) * scales.length,
         "excess": excess * scales.drive,
         "curvature_rate": float(np.sqrt(w @ mu_t**2)),
         "natural_rate": float(natural_rate),
     }
-    headline = _headline(shape, memory, released)
+    headline = _headline(solution, _shape(solution), memory, released)
     return Outcome(
-        shape,
+        _shape(solution),
         memory,
         released,
         excess <= 0.0,
         headline,
-        _sentence(solution, headline, memory, numbers),
+        _sentence(solution, headline, memory, left),
         _distance(solution, excess, numbers) + _end(solution),
         **numbers,
     )
+
+
+def _left_without_load(solution: Solution) -> float:
+    """Natural curvature once the rod has been let go; the present one where that cannot be told."""
+    from plastica.motion.longtime import limit_without_load
+
+    limit = limit_without_load(solution) if solution.status.ok else None
+    now = float(solution.history.y[-1, solution.model.grid.size])
+    if limit is None or limit.equilibrium is None:
+        return now
+    # An interior limit is a natural curvature that never moves again: its bits are those of the last state.
+    return limit.equilibrium.mu_nat if limit.kind == "limiting" or abs(limit.equilibrium.mu_nat - now) > 1e-9 else now
+
+
+def _rise(mu_nat: float) -> float:
+    """How far off the clamp's axis the free end of the natural arc is, in L."""
+    return float(natural_centre_line(np.array(mu_nat), np.array(1.0))[1])
 
 
 def _shape(solution: Solution) -> str:
@@ -137,55 +158,65 @@ def _largest_angle(solution: Solution, state: np.ndarray) -> float:
     return max(float(np.abs(strut.angle(mu)).max()), abs(float(strut.grid.w @ mu)))
 
 
-def _headline(shape: str, memory: str, released: bool) -> str:
+def _headline(solution: Solution, shape: str, memory: str, released: bool) -> str:
     kept = memory == "permanent set"
+    if released and not kept:
+        mu = solution.history.y[:, : solution.model.grid.size]
+        return "Springs back" if float(np.ptp(mu, axis=0).max()) > ARRIVED else "Stays at rest"
     if released:
-        return "Takes a permanent set" if kept else "Springs back"
+        return "Takes a permanent set"
     doing = {"straight": "Stays straight", "buckled": "Buckles", "bent": "Bends"}[shape]
     if kept:
         return f"{doing} and takes a permanent set"
     return doing if shape == "straight" else f"{doing}, but would spring back"
 
 
-def _show(solution: Solution, value: float, unit: str, dimensionless: str) -> str:
+def _show(solution: Solution, value: float, kind: str, unit: str, dimensionless: str) -> str:
+    """A quantity for people, from its dimensionless value; what is nothing but rounding is 0."""
+    value = 0.0 if abs(value) <= ARRIVED else value * float(getattr(solution.model.scales, kind))
     if solution.model.specimen is None:
         return f"{value:.4g} {dimensionless}".strip()
     return format_quantity(value, unit)
 
 
-def _sentence(solution: Solution, headline: str, memory: str, numbers: dict[str, float]) -> str:
-    strut, scales = solution.model, solution.model.scales
-    now = _show(solution, solution.history.end * scales.time, "s", "retardation times")
-    n = strut.grid.size
-    last = solution.history.y[-1]
-    tip = _show(
-        solution,
-        float(np.sin(strut.angle(last[:n])) @ strut.grid.w) * scales.length,
-        "m",
-        "L",
-    )
+def _sentence(solution: Solution, headline: str, memory: str, left: float) -> str:
+    strut, began = solution.model, solution.first_natural
+    n, last = strut.grid.size, solution.history.y[-1]
+
+    def curvature(value: float) -> str:
+        return _show(solution, value, "curvature", "1/m", "/L")
+
+    def length(value: float) -> str:
+        return _show(solution, value, "length", "m", "L")
+
+    now = _show(solution, solution.history.end, "time", "s", "retardation times")
+    tip = length(float(np.sin(strut.angle(last[:n])) @ strut.grid.w))
     where = f"After {now} the free end is {tip} off the clamp's axis"
     if memory == "springs back":
-        back = "the natural curvature has not moved at all, so without load the rod returns to its first natural shape"
-        return f"{headline}. {where}; {back}."
-    value = _show(solution, float(last[n]) * scales.curvature, "1/m", "/L")
-    change = _show(solution, numbers["set_curvature"], "1/m", "/L")
-    off = _show(solution, numbers["set_deflection"], "m", "L")
+        return (
+            f"{headline}. {where}; the natural curvature has not moved at all, so without load the rod returns to its "
+            "first natural shape."
+        )
+    natural = float(last[n])
+    moved = f"the natural curvature has moved from {curvature(began)} to {curvature(natural)}"
+    if abs(left - natural) > 1e-4 * max(1.0, abs(left)):
+        going = "creeps on" if all(load(solution.history.end) == 0.0 for _, load in strut.loads.items()) else "would go"
+        moved += f" and {going} to {curvature(left)} without load"
+    off = length(_rise(left) - _rise(began))
     return (
-        f"{headline}. {where}; the natural curvature has moved by {change} to {value}, so without load the free end "
-        f"would come to rest {off} away from where it would have before."
+        f"{headline}. {where}; {moved}. Without load the free end comes to rest {off} away from where it did at first."
     )
 
 
 def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> str:
-    strut, scales = solution.model, solution.model.scales
+    strut = solution.model
     n = strut.grid.size
     threshold = float(strut.threshold(float(solution.history.y[-1][n])))
     speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
     rates = "Nothing moves any more that double precision could show."
     if max(speed, natural) > STILL:
         rates = f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
-    amount = _show(solution, abs(excess) * scales.drive, "N*m**2", "EI")
+    amount = _show(solution, abs(excess), "drive", "N*m**2", "EI/L")
     share = f"{abs(excess) / threshold:.2g} of it" if threshold > 0.0 else "of no size"
     if excess <= 0.0:
         return (

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
-from plastica.motion.integrate import METHODS, Stop
+from plastica.motion.integrate import METHODS, Ending, Stop
+from plastica.physics.amounts import plain
 from plastica.physics.initial import (
     Curvature,
     initial_natural_curvature,
@@ -32,8 +33,6 @@ __all__ = [
     "check_max_steps",
     "check_method",
     "check_rtol",
-    "landing_points",
-    "longest_step",
     "make_plan",
     "make_problem",
     "rest",
@@ -41,6 +40,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Until = float | str
+
+SMALLEST_ATOL = 1e-290
+"""Solvers divide by it: what is smaller would overflow."""
 
 LONGEST_WAIT = 1e9
 """Dimensionless time after which `until="equilibrium"` gives up."""
@@ -56,6 +58,7 @@ class Plan:
     rtol: float
     method: str
     times: Array | None
+    """Times of the dataset in the user's units, as given."""
     max_steps: int
 
 
@@ -68,23 +71,26 @@ class Problem:
     atol: Array
     words: str
     notes: tuple[str, ...]
+    first_natural: float
 
 
 def check_rtol(rtol: object) -> None:
     """Refuse a relative tolerance that no method here can keep, or that means nothing."""
-    if isinstance(rtol, bool) or not (isinstance(rtol, (int, float)) and 1e-13 <= rtol <= 1e-2):
+    number = plain(rtol)
+    # A number in single precision is not quite the decimal that was meant.
+    if not (isinstance(number, float) and 0.999e-13 <= number <= 1.001e-2):
         raise ArgumentError("must lie in [1e-13, 1e-2]", where="rtol", value=rtol)
 
 
 def check_method(method: object) -> None:
     """Refuse a method that is not offered."""
-    if method not in ("auto", *METHODS):
+    if not isinstance(method, str) or method not in ("auto", *METHODS):
         raise ArgumentError(f"must be one of auto, {', '.join(METHODS)}", where="method", value=method)
 
 
 def check_max_steps(max_steps: object) -> None:
     """Refuse a number of steps that is none."""
-    if isinstance(max_steps, bool) or not isinstance(max_steps, int) or max_steps < 1:
+    if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
         raise ArgumentError("must be a positive integer", where="max_steps", value=max_steps)
 
 
@@ -107,13 +113,15 @@ def make_plan(
     check_rtol(rtol)
     check_method(method)
     check_max_steps(max_steps)
+    if start is not None and not hasattr(start, "history"):
+        raise ArgumentError("must be a Solution to go on from", where="start", value=start)
     t0 = 0.0 if start is None else start.history.end * start.model.scales.time / model.scales.time
-    settle = until == "equilibrium"
+    settle = isinstance(until, str) and until == "equilibrium"
     end = _settling_end(model, t0) if settle else _end(until, model, t0)
     if not model.load.is_constant:
         model.load.check(end * model.scales.time)
     chosen = "LSODA" if method == "auto" else method
-    return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), max_steps)
+    return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), int(max_steps))
 
 
 def _end(until: Until, model: Strut, t0: float) -> float:
@@ -127,10 +135,9 @@ def _end(until: Until, model: Strut, t0: float) -> float:
             )
         seconds = quantity(until, "s", where="until", bare=False)
     else:
-        try:
-            seconds = float(until)
-        except (TypeError, ValueError):
-            raise ArgumentError('must be a time or "equilibrium"', where="until", value=until) from None
+        seconds = plain(until)
+        if not isinstance(seconds, float):
+            raise ArgumentError('must be a time or "equilibrium"', where="until", value=until)
     end = seconds / scale
     if not (np.isfinite(end) and end > t0):
         raise ArgumentError(f"must be finite and later than the start, {t0 * scale:g}", where="until", value=until)
@@ -155,6 +162,7 @@ def _times(times: ArrayLike | None, model: Strut, t0: float, end: float) -> Arra
         given = np.asarray(times, dtype=float) / model.scales.time
     except (TypeError, ValueError):
         raise ArgumentError("must be a sequence of numbers", where="times", value=times) from None
+    asked = np.array(times, dtype=float)
     inside = given.ndim == 1 and given.size > 0 and np.isfinite(given).all()
     # A time that the user wrote as `until` must count as inside even where unit conversion rounded it up.
     slack = 4.0 * np.finfo(float).eps * end
@@ -165,7 +173,7 @@ def _times(times: ArrayLike | None, model: Strut, t0: float, end: float) -> Arra
             where="times",
             value=np.asarray(times).tolist(),
         )
-    return np.minimum(given, end)
+    return asked
 
 
 def make_problem(
@@ -189,8 +197,14 @@ def make_problem(
         strut = model if grid is model.grid else model.with_grid(grid)
         mu, words = nodal_values(shape, grid), shape.words
         mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si)
+        first = mu_nat
     else:
+        if not all(isinstance(plain(given), float) and given == 0.0 for given in (curvature, natural_curvature)):
+            raise ArgumentError(
+                "must not be given together with `start`, whose last state is gone on from", where="curvature"
+            )
         strut, mu, mu_nat, words = _taken_up(model, start)
+        first = start.first_natural
     added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
     notes: tuple[str, ...] = ()
     if added:
@@ -199,7 +213,7 @@ def make_problem(
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
     amplitude = max(float(np.abs(mu).max()), abs(mu_nat), loads)
     y0 = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
-    return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes)
+    return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first)
 
 
 def _taken_up(model: Strut, start: Solution) -> tuple[Strut, Array, float, str]:
@@ -225,44 +239,18 @@ def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Strut) 
         curvature = 1e-3 * rtol * min(scale, 1.0)
         energy = 1e-3 * rtol * min(scale, 1.0) ** 2
     else:
-        if not (isinstance(atol, (int, float)) and np.isfinite(atol) and atol > 0.0):
+        number = plain(atol)
+        if not (isinstance(number, float) and 0.0 < number < np.inf):
             raise ArgumentError("must be a positive number or None", where="atol", value=atol)
-        curvature = energy = float(atol) * strut.scales.length
-    return np.concatenate([np.full(strut.grid.size + 1, curvature), np.full(LEDGER, energy)])
-
-
-def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
-    """Times at which a leg must end: every jump of a load, and the slope knots that matter.
-
-    A change of slope matters where the load it makes within one retardation time, or before the next knot if that
-    is sooner, is more than 1e-3 of the largest load: the rows of a finely sampled table pass, the corners of a ramp
-    do not.
-    """
-    knots = () if strut.loads.is_constant else strut.loads.knots(end)
-    if not knots:
-        return ()
-    times = np.array([knot.t for knot in knots])
-    gap = np.minimum(np.diff(times, prepend=0.0), np.diff(times, append=end))
-    largest = max(max(map(abs, program.extreme(end))) for _, program in strut.loads.items())
-    return tuple(
-        knot.t
-        for knot, near in zip(knots, gap, strict=True)
-        if knot.kind == "jump" or abs(knot.size) * min(1.0, near) > 1e-3 * largest
-    )
-
-
-def longest_step(strut: Strut, plan: Plan) -> float:
-    """A step bound that keeps the integrator from stepping over knots it does not land on."""
-    if strut.loads.is_constant:
-        return float("inf")
-    skipped = {knot.t for knot in strut.loads.knots(plan.end)} - set(landing_points(strut, plan.end))
-    if len(skipped) < 2:
-        return float("inf")
-    return 8.0 * float(np.diff(sorted(skipped)).max())
+        curvature = energy = number * strut.scales.length
+    both = np.concatenate([np.full(strut.grid.size + 1, curvature), np.full(LEDGER, energy)])
+    return np.asarray(np.maximum(both, SMALLEST_ATOL))
 
 
 def rest(plan: Plan, problem: Problem, largest: float) -> Stop:
     """Return the criterion of rest: the rate is below rtol times the largest curvature met, under settled loads.
+
+    A run that is to report certain times goes on to the last of them.
 
     Parameters
     ----------
@@ -273,14 +261,16 @@ def rest(plan: Plan, problem: Problem, largest: float) -> Stop:
     """
     n, w = problem.strut.grid.size, problem.strut.grid.w
     settled = max(plan.t0, problem.strut.loads.settled or 0.0)
+    if plan.times is not None:
+        settled = max(settled, float(plan.times[-1]) / problem.strut.scales.time)
 
-    def resting(t: float, y: Array, kern: Kernel) -> bool:
+    def resting(t: float, y: Array, kern: Kernel) -> Ending | None:
         nonlocal largest
         largest = max(largest, float(np.abs(y[: n + 1]).max()))
         if t < settled:
-            return False
+            return None
         rate = kern.rate(t, y)
         speed = max(float(np.sqrt(w @ rate[:n] ** 2)), abs(float(rate[n])))
-        return speed <= plan.rtol * largest
+        return "at_rest" if speed <= plan.rtol * largest else None
 
     return resting

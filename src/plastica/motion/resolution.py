@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.motion.integrate import Ending, Stop
 from plastica.numerics.grid import Grid
+from plastica.physics.kernel import Kernel
 from plastica.physics.strut import Strut
 
-__all__ = ["too_coarse"]
+__all__ = ["coarse", "too_coarse"]
 
 Array = NDArray[np.float64]
 
@@ -54,3 +56,25 @@ def _tail(grid: Grid, mu: Array, size: float) -> float:
         grid.tail(np.cos(theta)).max(),
     )
     return float(max(tails))
+
+
+def coarse(strut: Strut, rtol: float, size: float) -> Stop:
+    """Return the criterion that gives up a run on too few nodes; it looks at every tenth step, which is cheaper.
+
+    Parameters
+    ----------
+    strut : Strut
+        The model on the grid in question.
+    rtol : float
+        The relative tail allowed.
+    size : float
+        Largest curvature met so far.
+    """
+    n, steps = strut.grid.size, 0
+
+    def criterion(t: float, y: Array, kern: Kernel) -> Ending | None:
+        nonlocal steps, size
+        steps, size = steps + 1, max(size, float(np.abs(y[:n]).max()))
+        return "too_coarse" if steps % 10 == 0 and too_coarse(strut, y[None, :], rtol, size) is not None else None
+
+    return criterion

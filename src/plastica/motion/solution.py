@@ -59,9 +59,11 @@ class Solution:
     method, rtol, atol
         How it was computed; atol dimensionless.
     times : ndarray or None
-        Dimensionless times asked for.
+        Times asked for, in the user's units.
     initial : str
         The initial curvature in words.
+    first_natural : float
+        Dimensionless natural curvature at the very first start, before any run that this one goes on from.
     notes : tuple of str
         What the user should know: breaks added, nodes chosen, hypotheses waived.
     wall : float
@@ -80,6 +82,7 @@ class Solution:
     atol: float
     times: Array | None
     initial: str
+    first_natural: float
     notes: tuple[str, ...] = ()
     wall: float = 0.0
     provenance: dict[str, str] = field(default_factory=dict)
@@ -98,17 +101,21 @@ class Solution:
 
     @cached_property
     def t(self) -> Array:
-        """Dimensionless times of the dataset: `times`, or the accepted steps."""
+        """Dimensionless times of the dataset: `times`, or the accepted steps with knots and events."""
         if self.times is not None:
-            return self.times
-        return self.history.t[self.history.accepted]
+            # Rounding on the way through the units must not put the last time beyond the end.
+            return np.clip(self.times / self.model.scales.time, self.history.start, self.history.end)
+        from plastica.motion.events import moments
+
+        return np.union1d(self.history.t[self.history.accepted], moments(self))
 
     @cached_property
     def y(self) -> Array:
         """Dimensionless states at `t`; shape (k, n + 4)."""
-        if self.times is not None:
-            return self.history(self.times)
-        return self.history.y[self.history.accepted]
+        accepted = self.history.accepted
+        if self.times is None and self.t.size == accepted.size:
+            return self.history.y[accepted]
+        return self.history(self.t)
 
     @cached_property
     def dataset(self) -> xarray.Dataset:

@@ -8,31 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from plastica._version import __version__
 from plastica.errors import ArgumentError
-from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.history import History
 from plastica.motion.integrate import Leg, Options, Stop, integrate
-from plastica.motion.plan import (
-    Plan,
-    Problem,
-    Until,
-    landing_points,
-    longest_step,
-    make_plan,
-    make_problem,
-    rest,
-)
-from plastica.motion.resolution import too_coarse
+from plastica.motion.itinerary import itinerary
+from plastica.motion.keeping import Keeping, keeping_in
+from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, rest
+from plastica.motion.resolution import coarse, too_coarse
 from plastica.motion.solution import Solution
 from plastica.motion.status import Counts, Status, status
-from plastica.motion.store import strut_to_dict
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
 from plastica.physics.initial import Curvature
-from plastica.physics.kernel import Kernel
 from plastica.physics.strut import Strut
 
 __all__ = ["Progress", "Until", "solve"]
@@ -142,10 +130,10 @@ def solve(
     if not isinstance(model, Strut):
         raise ArgumentError("must be a pl.Strut", where="model", value=model)
     plan = make_plan(model, until, rtol, method, times, start, max_steps)
-    keeping = None if checkpoint is None else _Keeping(Path(checkpoint), float(checkpoint_every), resume)
+    keeping = keeping_in(checkpoint, checkpoint_every, resume)
     if model.grid.nodes != "auto":
         problem = make_problem(model, plan, curvature, natural_curvature, atol, start)
-        solution = _run(problem, plan, progress, keeping)
+        solution = _solution(problem, plan, _run(problem, plan, progress, keeping))
     else:
         solution = _choose_nodes(model, plan, curvature, natural_curvature, atol, start, progress, keeping)
     return _told_where_it_ends(solution) if plan.settle else solution
@@ -164,83 +152,86 @@ def _told_where_it_ends(solution: Solution) -> Solution:
     return replace(solution, status=replace(solution.status, sentence=sentence))
 
 
-@dataclass(frozen=True)
-class _Keeping:
-    """Where and how often a run is kept, and whether a former one is taken up."""
+@dataclass(frozen=True, eq=False)
+class _Ran:
+    """Legs of a run, and the wall seconds that those computed now have taken."""
 
-    folder: Path
-    every: float
-    resume: bool
+    legs: list[Leg]
+    wall: float
 
-    def open(self, problem: Problem, plan: Plan) -> tuple[Checkpoint, list[Leg]]:
-        described = {
-            "model": strut_to_dict(problem.strut),
-            "plan": [plan.t0, plan.end, plan.settle, plan.rtol, plan.method, plan.max_steps],
-            "versions": [__version__, np.__version__, scipy.__version__],
-        }
-        identity = fingerprint(described, problem.y0, problem.atol)
-        checkpoint = Checkpoint(self.folder, identity, every=self.every)
-        if self.resume:
-            return checkpoint, checkpoint.load()
-        checkpoint.clear(keep_folder=True)
-        return checkpoint, []
+    @property
+    def history(self) -> History:
+        return History.join([leg.history for leg in self.legs])
+
+    @property
+    def too_coarse(self) -> bool:
+        return self.legs[-1].ending == "too_coarse"
 
 
 def _run(
     problem: Problem,
     plan: Plan,
     progress: Callable[[Progress], None] | None,
-    keeping: _Keeping | None,
-    give_up: Stop | None = None,
-) -> Solution:
+    keeping: Keeping | None,
+    *,
+    watch_nodes: bool = False,
+) -> _Ran:
     began = clock.perf_counter()
-    strut = problem.strut
+    checkpoint, legs = (None, []) if keeping is None else keeping.open(problem, plan)
+    steps, said = sum(leg.history.steps for leg in legs), began
+    try:
+        for leg in _fresh(problem, plan, legs, watch_nodes=watch_nodes):
+            legs.append(leg)
+            steps += leg.history.steps
+            # What gave up for want of nodes is not part of the motion, and must not be taken up as such.
+            if checkpoint is not None and leg.ending != "too_coarse":
+                checkpoint.keep(leg)
+            now = clock.perf_counter()
+            if progress is not None and now - said > 0.1:
+                said = now
+                scale = problem.strut.scales.time
+                until = None if plan.settle else plan.end * scale
+                progress(Progress(leg.history.end * scale, until, steps, leg.moving_next, now - began))
+    finally:
+        # An interrupt, too, leaves every finished leg to be taken up.
+        if checkpoint is not None:
+            checkpoint.flush()
+    return _Ran(legs, clock.perf_counter() - began)
+
+
+def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Iterator[Leg]:
+    """Legs that are still to be computed after those that are there."""
+    t, y, moving = plan.t0, problem.y0, None
+    if legs:
+        t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
+    taken = sum(leg.history.steps for leg in legs)
+    unfinished = not legs or legs[-1].ending in ("landed", "switched", "full")
+    if not (unfinished and t < plan.end and taken < plan.max_steps):
+        return iter(())
     options = Options(
         plan.method,
         max(STEP_SHARE * plan.rtol, SMALLEST_RTOL),
         STEP_SHARE * problem.atol,
         leg_steps=LEG_STEPS,
         most_steps=plan.max_steps,
-        longest_step=longest_step(strut, plan),
     )
-    t, y, moving = plan.t0, problem.y0, None
-    checkpoint, legs = (None, []) if keeping is None else keeping.open(problem, plan)
-    if legs:
-        t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
-    steps = sum(leg.history.steps for leg in legs)
-    fresh: Iterator[Leg] = iter(())
-    if t < plan.end and steps < plan.max_steps and (not legs or legs[-1].ending in ("landed", "switched", "full")):
-        landing = (t, *(knot for knot in landing_points(strut, plan.end) if t < knot < plan.end), plan.end)
-        fresh = integrate(
-            strut, y, landing, options, moving=moving, taken=steps, stop=_stop(problem, plan, legs, give_up)
-        )
-    said = began
-    for leg in fresh:
-        legs.append(leg)
-        steps += leg.history.steps
-        if checkpoint is not None:
-            checkpoint.keep(leg)
-        now = clock.perf_counter()
-        if progress is not None and now - said > 0.1:
-            said = now
-            scale = strut.scales.time
-            until = None if plan.settle else plan.end * scale
-            progress(Progress(leg.history.end * scale, until, steps, leg.moving_next, now - began))
-    if checkpoint is not None:
-        checkpoint.flush()
-    return _solution(problem, plan, legs, clock.perf_counter() - began)
+    stop = _stop(problem, plan, legs, watch_nodes=watch_nodes)
+    stretches = itinerary(problem.strut, t, plan.end)
+    return integrate(problem.strut, y, stretches, options, moving=moving, taken=taken, stop=stop)
 
 
-def _stop(problem: Problem, plan: Plan, legs: Sequence[Leg], give_up: Stop | None) -> Stop | None:
-    """What ends a run early: rest where it is asked for, and the reason to give up where there is one."""
-    if not plan.settle:
-        return give_up
+def _stop(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Stop | None:
+    """What ends a run early: too few nodes where these are being chosen, and rest where that is asked for."""
     n = problem.strut.grid.size
     met = [problem.y0[None, :], *(leg.history.y[leg.history.accepted] for leg in legs)]
-    resting = rest(plan, problem, max(float(np.abs(y[:, : n + 1]).max()) for y in met))
-    if give_up is None:
-        return resting
-    return lambda t, y, kern: resting(t, y, kern) or give_up(t, y, kern)
+    criteria: list[Stop] = []
+    if watch_nodes:
+        criteria.append(coarse(problem.strut, plan.rtol, max(float(np.abs(y[:, :n]).max()) for y in met)))
+    if plan.settle:
+        criteria.append(rest(plan, problem, max(float(np.abs(y[:, : n + 1]).max()) for y in met)))
+    if not criteria:
+        return None
+    return lambda t, y, kern: next((ending for each in criteria if (ending := each(t, y, kern))), None)
 
 
 def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Strut) -> Status:
@@ -254,15 +245,15 @@ def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Strut) -> Status
 def _code(plan: Plan, last: Leg) -> str:
     if last.ending in ("solver_failed", "not_finite"):
         return last.ending
-    if last.ending == "stopped":
+    if last.ending == "at_rest":
         return "creeping" if last.moving_next else "equilibrium"
     if last.history.end < plan.end:
         return "step_limit"
     return "never_settled" if plan.settle else "done"
 
 
-def _solution(problem: Problem, plan: Plan, legs: Sequence[Leg], wall: float) -> Solution:
-    history = History.join([leg.history for leg in legs])
+def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
+    legs, history = ran.legs, ran.history
     counts = Counts(
         history.steps,
         sum(leg.rates for leg in legs),
@@ -281,17 +272,20 @@ def _solution(problem: Problem, plan: Plan, legs: Sequence[Leg], wall: float) ->
         method=plan.method,
         rtol=plan.rtol,
         atol=float(problem.atol[0]),
-        times=_reached(plan.times, history),
+        times=_reached(plan.times, history, problem.strut.scales.time),
         initial=problem.words,
         notes=problem.notes,
-        wall=wall,
+        wall=ran.wall,
+        first_natural=problem.first_natural,
     )
 
 
-def _reached(times: Array | None, history: History) -> Array | None:
+def _reached(times: Array | None, history: History, scale: float) -> Array | None:
+    """Times asked for that the run has come to, in the user's units."""
     if times is None:
         return None
-    return times[times <= history.end]
+    slack = 1.0 + 4.0 * float(np.finfo(float).eps)
+    return np.asarray(times[times / scale <= history.end * slack])
 
 
 def _choose_nodes(
@@ -302,44 +296,36 @@ def _choose_nodes(
     atol: float | None,
     start: Solution | None,
     progress: Callable[[Progress], None] | None,
-    keeping: _Keeping | None,
+    keeping: Keeping | None,
 ) -> Solution:
     """Solve with more and more nodes until the Legendre coefficients of the whole motion have decayed."""
+    if keeping is not None:
+        keeping.fresh()
     tried: list[str] = []
-    size = 0
-    for nodes in AUTO_NODES:
-        if nodes * size > LARGEST_SIZE:
-            break
-        here = None
-        if keeping is not None:
-            keeping.folder.mkdir(exist_ok=True)
-            here = replace(keeping, folder=keeping.folder / f"nodes-{nodes}")
+    coarsest = make_problem(
+        model.with_grid(model.grid.with_nodes(AUTO_NODES[0])), plan, curvature, natural_curvature, atol, start
+    )
+    elements = coarsest.strut.grid.elements
+    candidates = [nodes for nodes in AUTO_NODES if nodes * elements <= LARGEST_SIZE] or [AUTO_NODES[0]]
+    for nodes in candidates:
+        here = None if keeping is None else keeping.on(nodes)
         grid = Grid(nodes, model.grid.breaks)
         problem = make_problem(model.with_grid(grid), plan, curvature, natural_curvature, atol, start)
-        size = problem.strut.grid.elements
         shortfall = too_coarse(problem.strut, problem.y0[None, :], plan.rtol)
         if shortfall is None:
-            solution = _run(problem, plan, progress, here, _coarse(problem, plan))
-            shortfall = too_coarse(problem.strut, solution.history.y[solution.history.accepted], plan.rtol)
-            if shortfall is None:
+            ran = _run(problem, plan, progress, here, watch_nodes=True)
+            history = ran.history
+            shortfall = too_coarse(problem.strut, history.y[history.accepted], plan.rtol)
+            if shortfall is None and not ran.too_coarse:
                 why = "the last Legendre coefficients of curvature and load stay below rtol times their size throughout"
                 fewer = f"; too few: {', '.join(tried)}" if tried else ""
-                chosen = f"{nodes} nodes per element chosen: {why}{fewer}"
-                return replace(solution, notes=(*solution.notes, chosen))
-        tried.append(f"{nodes} ({shortfall:.0e})")
-    solution = _run(problem, plan, progress, here)
-    tail = f"leave a Legendre tail of {shortfall:.0e}: add breaks"
-    most = f"{problem.strut.grid.per_element} nodes per element, the most tried, {tail}"
-    return replace(solution, notes=(*solution.notes, most))
+                return _noted(_solution(problem, plan, ran), f"{nodes} nodes per element chosen: {why}{fewer}")
+        tried.append(f"{nodes} ({shortfall or plan.rtol:.0e})")
+    solution = _solution(problem, plan, _run(problem, plan, progress, here))
+    return _noted(
+        solution, f"{nodes} nodes per element, the most tried, leave a Legendre tail of {tried[-1]}: add breaks"
+    )
 
 
-def _coarse(problem: Problem, plan: Plan) -> Stop:
-    """Give up a run as soon as its grid is seen to be too coarse, which is cheaper to see at every tenth step."""
-    n, steps, size = problem.strut.grid.size, 0, 0.0
-
-    def coarse(t: float, y: Array, kern: Kernel) -> bool:
-        nonlocal steps, size
-        steps, size = steps + 1, max(size, float(np.abs(y[:n]).max()))
-        return steps % 10 == 0 and too_coarse(problem.strut, y[None, :], plan.rtol, size) is not None
-
-    return coarse
+def _noted(solution: Solution, note: str) -> Solution:
+    return replace(solution, notes=(*solution.notes, note))

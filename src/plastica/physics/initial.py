@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from plastica.errors import ArgumentError, shown
 from plastica.material.expression import breakpoints, parse
 from plastica.numerics.grid import Grid
+from plastica.physics.amounts import plain
 from plastica.physics.scales import Scales
 from plastica.units import looks_like_quantity, quantity
 
@@ -91,10 +92,9 @@ def piecewise(breaks: Sequence[float], pieces: Sequence[float | str]) -> Shape:
 
 
 def _number(value: object, where: str) -> float:
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise ArgumentError("must be a number", where=where, value=value) from None
+    number = plain(value)
+    if not isinstance(number, float):
+        raise ArgumentError("must be a number", where=where, value=value)
     if not np.isfinite(number):
         raise ArgumentError("must be finite", where=where, value=value)
     return number

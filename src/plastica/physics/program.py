@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar, Final, Self, overload
@@ -21,6 +21,9 @@ __all__ = ["LOAD_UNITS", "Polygonal", "Program", "finite_fields", "known_keys", 
 
 LOAD_UNITS: Final = ("N", "N*m", "N/m")
 """Units that the values of a program may have: force, couple, force per length."""
+
+_BURST: Final = 20.0
+"""How many times farther the next knot must be for a knot to be the end of a burst."""
 
 _LONGER: Final = ((86400.0, "day"), (3600.0, "h"), (60.0, "min"))
 
@@ -168,6 +171,17 @@ class Program(ABC):
             If there are more.
         """
 
+    def bursts(self, until: float) -> tuple[float, ...]:
+        """Return times in (0, until) at which a stretch begins or ends in which the load changes much faster.
+
+        An integrator that lands on them cannot step over a pulse on an otherwise quiet load.
+        """
+        return ()
+
+    def paces(self, points: Sequence[float]) -> list[float]:
+        """Return the longest step between each two of `points` that overlooks no change; infinite if any will do."""
+        return [math.inf] * (len(points) - 1)
+
     @abstractmethod
     def variation(self, until: float) -> float:
         """Return the total variation on [0, until], jumps included; an upper estimate for text.
@@ -259,6 +273,25 @@ class Polygonal(Program):
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the jumps and changes of slope in (0, until]; see `Program.knots`."""
         return self.rows(0.0, until).knots(until)
+
+    def bursts(self, until: float) -> tuple[float, ...]:
+        """Return the knots whose neighbours are more than 20 times nearer on one side; see `Program.bursts`."""
+        times = np.array([0.0, *(knot.t for knot in self.knots(until)), until])
+        gaps = np.diff(times)
+        if gaps.size < 3:
+            return ()
+        least, most = np.minimum(gaps[:-1], gaps[1:]), np.maximum(gaps[:-1], gaps[1:])
+        return tuple(times[1:-1][most > _BURST * least].tolist())
+
+    def paces(self, points: Sequence[float]) -> list[float]:
+        """Return four times the largest gap between knots, where there are knots inside; see `Program.paces`."""
+        times = np.array([knot.t for knot in self.knots(points[-1])])
+        first = np.searchsorted(times, points[:-1], side="right")
+        last = np.searchsorted(times, points[1:], side="left")
+        return [
+            4.0 * float(np.diff([a, *times[i:j], b]).max()) if j > i else math.inf
+            for a, b, i, j in zip(points[:-1], points[1:], first, last, strict=True)
+        ]
 
     def variation(self, until: float) -> float:
         """Return the total variation on [0, until], exactly."""

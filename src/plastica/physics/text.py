@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from plastica.material.expression import Expression
 
 __all__ = ["Text"]
+
+MOST_TURNS = 200
+"""Ends of bursts beyond which a text counts as changing everywhere."""
 
 
 @lru_cache(maxsize=256)
@@ -145,12 +148,49 @@ class Text(Program):
 
     @property
     def settled(self) -> float | None:
-        """The last break, if the slope is 0 wherever it is sampled beyond it; else None."""
+        """The last break, if what the text says beyond it no longer has t in it; else None.
+
+        Decided on the formula, for samples of a slope that is 0 for most of the time prove nothing.
+        """
+        from plastica.material.expression import constant_beyond
+
         last = max([0.0, *(t for t, _ in self._breaks)])
         if self._flat:
             return max([0.0, *self._jumps])
-        beyond = last + near(last) + np.logspace(-6.0, 9.0, 151) * (1.0 + last)
-        return last if not self._slopes(beyond).any() else None
+        beyond = (last + near(last) + 1.0 + last) * self.time_scale
+        return last if constant_beyond(self._expression, dict(self.parameters), beyond) else None
+
+    def bursts(self, until: float) -> tuple[float, ...]:
+        """Return where the text begins and stops to change, as seen on 65 537 points; see `Program.bursts`.
+
+        Limits: a pulse shorter than 1/30 000 of the run may be missed. Give such a load as a table.
+        """
+        t, values = self._seen(until)
+        change = np.abs(np.diff(values))
+        moving = change > 1e-9 * float(np.abs(values).max())
+        # A sample on either side belongs to the burst: it may have begun just before it is seen.
+        moving[1:] |= moving[:-1].copy()
+        moving[:-1] |= moving[1:].copy()
+        turns = np.nonzero(moving[1:] != moving[:-1])[0] + 1
+        return tuple(t[turns].tolist()) if turns.size <= MOST_TURNS else ()
+
+    def paces(self, points: Sequence[float]) -> list[float]:
+        """Return a quarter of the time in which it could run through its whole range; see `Program.paces`."""
+        _, values = self._seen(points[-1])
+        extent = float(np.ptp(values))
+        return [self._pace(a, b, extent) for a, b in pairwise(points)]
+
+    def _pace(self, a: float, b: float, extent: float) -> float:
+        slope = self._slopes(np.linspace(a + near(a), b - near(b), 513))
+        steepest = float(np.abs(slope[np.isfinite(slope)]).max(initial=0.0))
+        return 0.25 * extent / steepest if steepest * (b - a) > 1e-9 * extent > 0.0 else math.inf
+
+    def _seen(self, until: float) -> tuple[Array, Array]:
+        """Evaluate densely up to `until`, or up to where it settles."""
+        settled = self.settled
+        t = np.linspace(0.0, until if settled is None else min(until, settled + near(settled)), 65_537)
+        values = self._vector(t)
+        return t, np.where(np.isfinite(values), values, 0.0)
 
     def on(self, a: float, b: float) -> Piece:
         """Return the program on [a, b]; see `Program.on`."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar, Final, final
 
 import numpy as np
@@ -147,6 +149,11 @@ class Sine(Program):
         steepest = math.pi * (self.high - self.low) / self.period
         ends = ((self.start, steepest), (self._end, -steepest))
         return tuple(Knot(t, "slope", size) for t, size in ends if 0.0 < t <= until and size)
+
+    def paces(self, points: Sequence[float]) -> list[float]:
+        """Return an eighth of the period where there are waves; see `Program.paces`."""
+        waving = [a < self._end and b > self.start for a, b in pairwise(points)]
+        return [self.period / 8.0 if each else math.inf for each in waving]
 
     def variation(self, until: float) -> float:
         """Return the total variation on [0, until], exactly."""

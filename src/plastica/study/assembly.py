@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from plastica.errors import ArgumentError, PlasticaError, shown
 from plastica.material.admissibility import Verdict
 from plastica.motion.dataset import VARIABLES
-from plastica.motion.plan import Plan, Problem, landing_points, longest_step, make_plan, make_problem
+from plastica.motion.itinerary import itinerary
+from plastica.motion.plan import Plan, Problem, make_plan, make_problem
 from plastica.motion.solution import Solution
 from plastica.motion.solve import MOST_STEPS
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE
@@ -106,8 +107,7 @@ def check_loads(model: Strut, made: Plan, problems: Problems) -> None:
             if largest > LARGEST_LOAD:
                 rule = f"must stay below {LARGEST_LOAD:g} times the rod's own measure of it (EI/L**2 for a force)"
                 raise ArgumentError(rule, where=name, value=largest, next_step="Check its unit.")
-        landing_points(model, made.end)
-        longest_step(model, made)
+        itinerary(model, made.t0, made.end)
 
 
 def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, problems: Problems) -> Problem | None:
@@ -128,13 +128,7 @@ def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, pr
 
 def available_variables(model: Strut) -> tuple[str, ...]:
     """Return the names of the variables that a result of this model has."""
-    present = dict(model.loads.sources())
-    absent = {name for name in ("transverse", "weight") if name not in present}
-    if "couple" not in present:
-        absent.add("end_couple")
-    if model.material.well is None:
-        absent.add("volume_fraction")
-    return tuple(name for name in VARIABLES if name not in absent)
+    return tuple(name for name in VARIABLES if name != "volume_fraction" or model.material.well is not None)
 
 
 def check_output(model: Strut, output: schema.Output, problems: Problems) -> None:

@@ -1,0 +1,89 @@
+"""Where a long run is kept, and whether a former one is taken up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from plastica._version import __version__
+from plastica.errors import ArgumentError, FileError
+from plastica.motion.checkpoint import Checkpoint, fingerprint
+from plastica.motion.integrate import Leg
+from plastica.motion.plan import Plan, Problem
+from plastica.motion.store import strut_to_dict
+
+__all__ = ["Keeping", "keeping_in"]
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """Where and how often a run is kept, and whether a former one is taken up.
+
+    Attributes
+    ----------
+    folder : Path
+        The folder of the segments.
+    every : float
+        Wall seconds between two segments.
+    resume : bool
+        Whether to take up what is there; else it is removed.
+    """
+
+    folder: Path
+    every: float
+    resume: bool
+
+    def open(self, problem: Problem, plan: Plan) -> tuple[Checkpoint, list[Leg]]:
+        """Return the checkpoint of a problem, and the legs in it that are to be taken as done.
+
+        Raises
+        ------
+        FileError
+            Where the folder cannot be made, or holds the checkpoint of another run.
+        """
+        described = {
+            "model": strut_to_dict(problem.strut),
+            "plan": [plan.t0, plan.end, plan.settle, plan.rtol, plan.method, plan.max_steps],
+            "versions": [__version__, np.__version__, scipy.__version__],
+        }
+        identity = fingerprint(described, problem.y0, problem.atol)
+        checkpoint = Checkpoint(self.folder, identity, every=self.every)
+        if self.resume:
+            return checkpoint, checkpoint.load()
+        checkpoint.clear(keep_folder=True)
+        return checkpoint, []
+
+    def fresh(self) -> None:
+        """Make the folder, and unless a run is taken up remove what former runs on other nodes left in it."""
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise FileError(f"cannot be made a folder: {error.strerror}", where=str(self.folder)) from None
+        if not self.resume:
+            for former in self.folder.glob("nodes-*"):
+                if former.is_dir():
+                    Checkpoint(former, "").clear()
+
+    def on(self, nodes: int) -> Keeping:
+        """Return the part for one number of nodes, of several that are tried."""
+        return replace(self, folder=self.folder / f"nodes-{nodes}")
+
+
+def keeping_in(folder: str | Path | None, every: float, resume: bool) -> Keeping | None:
+    """Read the arguments of `solve`; None where nothing is kept.
+
+    Raises
+    ------
+    ArgumentError
+        Where the folder is no path or the seconds are no number.
+    """
+    if folder is None:
+        return None
+    if not isinstance(folder, (str, Path)):
+        raise ArgumentError("must be a path, as text or a Path", where="checkpoint", value=folder)
+    if isinstance(every, bool) or not isinstance(every, (int, float)) or not 0.0 <= every < float("inf"):
+        raise ArgumentError("must be a number of seconds, not negative", where="checkpoint_every", value=every)
+    return Keeping(Path(folder), float(every), bool(resume))
