@@ -218,9 +218,11 @@ class _State:
             Assumption("undisturbed", False, "no disturbance throws it off an unstable shape") if unstable else _STABLE,
         )
         how = (
-            f"exponentially, at the rate {gap:.4g} per retardation time" if gap is not None else "but is unstable there"
+            f": it approaches exponentially, at the rate {gap:.4g} per retardation time"
+            if gap is not None
+            else ", but only if nothing disturbs it: that shape is unstable"
         )
-        sentence = f"It ends at the static shape of its natural curvature, which is frozen: it approaches {how}."
+        sentence = f"It ends at the static shape of its natural curvature, which is frozen{how}."
         return Limit(
             "interior", found, unstable == 0, self._distance(alpha), assumptions, gap, None, None, None, sentence
         )
