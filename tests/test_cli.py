@@ -16,6 +16,8 @@ import plastica as pl
 from plastica.doors import running
 from plastica.motion import solve as solving
 from plastica.motion.checkpoint import Checkpoint
+from plastica.show import sections
+from plastica.show.subject import Subject
 from plastica.study import run as study_run
 from tests.commandline import call, scenario, si_scenario, snapshot, written
 
@@ -137,6 +139,9 @@ def test_a_folder_ends_with_a_table_and_the_worst_code(tmp_path: Path) -> None:
     answer = call("run", tmp_path, "--output", tmp_path / "out")
     assert answer.code == 1
     assert "computation failed" in answer.out
+    (failed,) = [line for line in answer.out.splitlines() if "b.toml" in line]
+    assert "step_limit: Stopped at t = " in failed
+    assert pl.read(tmp_path / "out" / "b" / "b.nc").outcome.headline not in failed
     written(tmp_path, scenario(load="thrust = -1.0"), "c.toml")
     answer = call("run", tmp_path, "--output", tmp_path / "out", "--json")
     told = json.loads(answer.out)["runs"]
@@ -208,7 +213,7 @@ def test_a_changed_scenario_is_not_resumed(tmp_path: Path, monkeypatch: pytest.M
     assert call("run", file, "--output", tmp_path / "out").code == 0
 
 
-def _interrupt(*_arguments: object) -> None:
+def _interrupt(*_arguments: object, **_named: object) -> None:
     raise KeyboardInterrupt
 
 
@@ -216,6 +221,41 @@ def test_interrupted_elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     monkeypatch.setattr("plastica.study.scenario.read_scenario", _interrupt)
     answer = call("check", written(tmp_path, scenario()))
     assert (answer.code, answer.err.strip()) == (130, "plastica: interrupted")
+
+
+def test_to_go_on_is_offered_only_where_something_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Interrupted before the first leg is kept, in one run or in the first of a folder, there is nothing there."""
+    monkeypatch.setattr(study_run, "solve", _interrupt)
+    file = written(tmp_path, scenario())
+    for command in (("run", file), ("run", tmp_path), ("run", file, "--output", tmp_path / "elsewhere")):
+        answer = call(*command, folder=tmp_path)
+        assert (answer.code, answer.err) == (130, "plastica: interrupted\n")
+    kept = tmp_path / "out" / "strut" / ".strut.checkpoint"
+    kept.mkdir()
+    assert "--resume" not in call("run", file, folder=tmp_path).err
+    (kept / "legs-000000.npz").touch()
+    assert "--resume" in call("run", file, folder=tmp_path).err
+    assert "--resume" in call("run", tmp_path, folder=tmp_path).err
+    assert "--resume" not in call("run", file, "--output", tmp_path / "elsewhere", folder=tmp_path).err
+
+
+def check_said_once(folder: Path) -> None:
+    """Where a run until rest ends is told, and told once."""
+    bent = {"load": "thrust = 3.0", "initial": 'curvature = "1 + cos(3*s)"', "solve": 'until = "equilibrium"'}
+    file = written(folder, scenario(**bent))
+    answer = call("run", file, "--output", folder / "out")
+    solution = pl.read(folder / "out" / "strut.nc")
+    assert solution.status.code == "creeping"
+    assert solution.limit is not None
+    said = " ".join(answer.out.split())
+    assert said.count("It ends where the drive equals the threshold") == 1
+    assert "stepping further in time has become pointless." in said
+    section = sections.verdict(Subject(solution, 0.0)).data
+    assert f"{section['status']} {section['distance']}".count("It ends where the drive equals the threshold") == 1
+
+
+def test_where_it_ends_is_said_once(tmp_path: Path) -> None:
+    check_said_once(tmp_path)
 
 
 # -- check, new ------------------------------------------------------------------------------------------------------

@@ -58,14 +58,15 @@ def run(
 
     Writes a result (.nc), a page with pictures (.html), a film and CSV files into the folder --output.
     """
-    from plastica.doors.running import Options, attempted, batch
+    from plastica.doors.running import Options, attempted, batch, has_kept
 
     options = Options(output, resume, quiet or as_json, not no_report, not no_film)
     several = scenario.is_dir()
     try:
         ran = batch(scenario, options) if several else [attempted(scenario, options)]
     except KeyboardInterrupt:
-        say("interrupted. To go on from there, give the same command with --resume")
+        kept = has_kept(scenario, options)
+        say("interrupted" + (". To go on from there, give the same command with --resume" if kept else ""))
         return INTERRUPTED
     if as_json:
         each = [one.as_json() for one in ran]

@@ -37,6 +37,8 @@ def shown(value: float, unit: str) -> str:
 
 def result_facts(solution: Solution) -> dict[str, Any]:
     """Return what became of a rod, in the units of its scenario."""
+    from plastica.show.words import how_it_ended
+
     outcome, ledger, strut, scales = solution.outcome, solution.ledger, solution.model, solution.model.scales
     unit = {kind: unit_of(kind, strut.specimen is None) for kind in ("time", "curvature", "length")}
     # The result may be asked for at a few times only; the story is told from its first to its last state.
@@ -44,7 +46,7 @@ def result_facts(solution: Solution) -> dict[str, Any]:
     theta = strut.angle(last[:n])
     return {
         "title": solution.provenance.get("title", ""),
-        "status": {"ok": solution.status.ok, "code": solution.status.code, "sentence": solution.status.sentence},
+        "status": {"ok": solution.status.ok, "code": solution.status.code, "sentence": how_it_ended(solution)},
         "verdict": {"headline": outcome.headline, "sentence": outcome.sentence, "distance": outcome.distance},
         "time": {"end": solution.history.end * scales.time, "unit": unit["time"]},
         "natural_curvature": {

@@ -13,7 +13,7 @@ from plastica.errors import FileError, PlasticaError
 if TYPE_CHECKING:
     from plastica.study.run import Finished
 
-__all__ = ["Options", "Ran", "attempted", "batch", "checked", "scenario_files", "single"]
+__all__ = ["Options", "Ran", "attempted", "batch", "checked", "has_kept", "scenario_files", "single"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,11 @@ class Ran:
     @property
     def words(self) -> str:
         """The end of the story in a few words."""
-        return str(self.facts["verdict"]["headline"]) if self.facts else self.message.splitlines()[0]
+        if self.facts and self.code == 0:
+            return str(self.facts["verdict"]["headline"])
+        # What a run that failed would show is the verdict on a part of what was asked.
+        status = self.facts.get("status")
+        return f"{status['code']}: {status['sentence']}" if status else self.message.splitlines()[0]
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as plain values."""
@@ -142,6 +146,19 @@ def batch(folder: Path, options: Options) -> list[Ran]:
     """Run every scenario of a folder, each into a folder of its own; a mistake in one does not stop the others."""
     root = options.output or Path("out")
     return [attempted(file, replace(options, output=root / file.stem)) for file in scenario_files(folder)]
+
+
+def has_kept(scenario: Path, options: Options) -> bool:
+    """Whether something of a run, or of one of the runs of a folder, is kept that can be taken up."""
+    from plastica.motion.checkpoint import PATTERN
+    from plastica.study.run import default_folder
+
+    folders = [options.output or default_folder(scenario)]
+    if scenario.is_dir():
+        root = options.output or Path("out")
+        folders = [root / file.stem for file in scenario_files(scenario)]
+    # On how many nodes is a matter of the run: its segments may lie a folder deeper.
+    return any(True for folder in folders for _ in folder.glob(f".*.checkpoint/**/{PATTERN}"))
 
 
 def checked(file: Path) -> Ran:

@@ -20,7 +20,7 @@ from plastica.show.outlook import ending
 from plastica.show.pictures import gif_uri, still_uri, svg_uri
 from plastica.show.subject import Section, Subject
 from plastica.show.view import yielding
-from plastica.show.words import number, pretty
+from plastica.show.words import how_it_ended, number, pretty
 
 __all__ = ["SECTIONS", "Section", "Subject"]
 
@@ -40,7 +40,7 @@ def verdict(subject: Subject) -> Section:
         "distance": pretty(outcome.distance),
         "ok": solution.status.ok,
         "code": solution.status.code.replace("_", " "),
-        "status": pretty(solution.status.sentence),
+        "status": pretty(how_it_ended(solution)),
         "until": subject.write(float(subject.seen.t[-1]), "time"),
         "doubtful": not (solution.status.ok and admissible(solution.model.material)),
         "notes": [pretty(note) for note in solution.notes],

@@ -14,7 +14,7 @@ from plastica.units import format_quantity
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["SYMBOLS", "Writer", "amount", "number", "pretty"]
+__all__ = ["SYMBOLS", "Writer", "amount", "how_it_ended", "number", "pretty"]
 
 SYMBOLS: Final = {
     "length": "L",
@@ -49,6 +49,13 @@ def pretty(text: str) -> str:
 
 def _power_of_ten(power: int) -> str:
     return f" × 10{str(power).translate(_SUPERSCRIPTS)}" if power else ""
+
+
+def how_it_ended(solution: Solution) -> str:
+    """Return the sentence of the status without what `outcome.distance`, which stands beside it, says again."""
+    limit = solution.limit
+    sentence = solution.status.sentence
+    return sentence if limit is None else sentence.replace(limit.sentence, "").strip()
 
 
 def number(value: float, digits: int = 4) -> str:
