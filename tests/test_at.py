@@ -23,7 +23,8 @@ def sol() -> pl.Solution:
 @pytest.fixture(scope="module")
 def bench() -> pl.Solution:
     """The same kind of rod in SI: 0.5 m, 1 N m**2, 20 s."""
-    material = pl.Material("k*m**2/2", "c*pos(x)**2", "h", {"k": "1 N*m**2", "c": "1 1/(N**2*m**5*s)", "h": "0.1 N*m**2"})
+    units = {"k": "1 N*m**2", "c": "1 1/(N**2*m**5*s)", "h": "0.1 N*m**2"}
+    material = pl.Material("k*m**2/2", "c*pos(x)**2", "h", units)
     specimen = pl.Specimen(length=0.5, bending_stiffness=1.0, retardation_time=20.0)
     return pl.solve(pl.Strut(material, pl.Load(thrust=1.0), pl.Grid(6), specimen), 0.1, until=100.0, rtol=1e-4)
 
@@ -75,7 +76,7 @@ def test_memory_is_bounded(sol: pl.Solution) -> None:
 
 
 def test_pairs_make_no_table(sol: pl.Solution) -> None:
-    """A thousand places at a thousand times of their own are a thousand values, not a million."""
+    """Three thousand places at as many times of their own are three thousand values, not nine million."""
     s, t = np.linspace(0.0, 1.0, 3000), np.linspace(0.0, 5.0, 3000)
     tracemalloc.start()
     try:
