@@ -80,8 +80,10 @@ def line(ax: Axes, label: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_nothing_is_solved(monkeypatch: pytest.MonkeyPatch, show: Callable[[pl.Solution], object]) -> None:
-    """Neither the integrator nor SciPy's solvers are called."""
+    """Neither the integrator nor SciPy's solvers are called, once the result has told its verdict."""
     solution = run("buckles")
+    assert solution.outcome.headline
+    assert solution.limit is not None
 
     def refuse(*args: object, **options: object) -> None:
         raise AssertionError("a picture must not solve anything")

@@ -69,7 +69,7 @@ def test_table_of_equilibria(tmp_path: Path) -> None:
         "1.68 N, 3 EI/L², 1.216 Euler loads",
         "as given",
         "motions end here",
-        "repelling",
+        "saddle: unstable in 1 direction",
         "snaps here",
     ):
         assert said in answer.out

@@ -62,7 +62,7 @@ def check_frames_show_the_rod(solution: pl.Solution) -> None:
     """In every frame the drawn rod ends where the free end is at that time, and the dots lie on their curves."""
     seen = view.view(solution)
     times = view.frame_times(seen, 7)
-    data = replace(solution, times=times / solution.model.scales.time).dataset
+    data = replace(solution, times=times).dataset
     with style.drawing():
         stage = film._stage(seen, times, 400)
         for row in range(times.size):

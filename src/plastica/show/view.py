@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.dataset import VARIABLES, natural_centre_line
+from plastica.motion.events import moments
 from plastica.show.axes import DIMENSIONLESS, Quantity, TimeAxis, axis_unit
 
 if TYPE_CHECKING:
@@ -119,7 +120,13 @@ def view(solution: Solution) -> View:
     """Return a solution made ready for pictures. Nothing is solved: the history is read between its steps."""
     t = _display_times(solution)
     path = _path(solution, t)
-    return View(solution, replace(solution, times=t), path, time_axis(solution, t, path))
+    sampled = replace(solution, times=t * solution.model.scales.time)
+    for name in ("events", "limit", "outcome"):
+        # What is told of the whole run holds for a sample of it, and is dear to find.
+        vars(sampled)[name] = getattr(solution, name)
+    # Without the way there and back through the units, which may cost a last bit: steps must be met exactly.
+    vars(sampled)["t"] = t
+    return View(solution, sampled, path, time_axis(solution, t, path))
 
 
 def yielding(solution: Solution) -> list[tuple[float, float]]:
@@ -141,13 +148,13 @@ def yielding(solution: Solution) -> list[tuple[float, float]]:
 def _display_times(solution: Solution) -> Array:
     """The accepted steps, thinned out if there are too many and refined if there are few, with every event."""
     history, scale = solution.history, solution.model.scales.time
-    steps = np.unique(history.t[history.accepted])
+    steps = np.union1d(history.t[history.accepted], moments(solution))
     if steps.size < 2:
         return steps
     if steps.size > MOST_POINTS:
         place = np.linspace(0, steps.size - 1, MOST_POINTS).round().astype(int)
-        moments = np.array([event.t / scale for event in solution.events[:MOST_POINTS]])
-        return np.unique(np.concatenate([steps[place], np.clip(moments, history.start, history.end)]))
+        told = np.array([event.t / scale for event in solution.events[:MOST_POINTS]])
+        return np.unique(np.concatenate([steps[place], np.clip(told, history.start, history.end)]))
     between = -(-FEWEST_POINTS // (steps.size - 1))
     if between <= 1:
         return steps
