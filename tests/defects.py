@@ -13,7 +13,7 @@ import plastica as pl
 from plastica import units
 from plastica.material import admissibility, functions, reader
 from plastica.material import material as laws
-from plastica.motion import checkpoint, integrate, solve, store
+from plastica.motion import checkpoint, integrate, keeping, store
 from plastica.motion.history import History
 from plastica.physics import bounds, initial, kernel, ledger, load, polyline, scales
 from plastica.physics.strut import Strut
@@ -252,7 +252,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "threshold scaled by L too often": scaled("threshold"),
     "digest of nothing": replacing(store, "_digest", lambda sound: lambda file: "0"),
     "checkpoint in single precision": replacing(checkpoint.Checkpoint, "_leg", single_precision),
-    "checkpoint of any run": replacing(solve, "fingerprint", lambda sound: lambda *a: "the same"),
+    "checkpoint of any run": replacing(keeping, "fingerprint", lambda sound: lambda *a: "the same"),
     "the other side of a jump": replacing(polyline.Polyline, "on", early_right_limit),
     "half the variation": replacing(polyline.Polyline, "variation", lambda f: lambda self, t: 0.5 * f(self, t)),
     "distributed load by L**2": replacing(scales.Scales, "distributed", lambda sound: scales.Scales.force),

@@ -81,7 +81,7 @@ RESULTS = {"Basin", "EquilibriumSet", "Limit", "PhaseDiagram", "Rest", "Solution
 VARIABLES = {
     ("t", "s"): "curvature angle x y couple shear tension natural_x natural_y entropy_rate",
     ("t",): "natural_curvature drive threshold tip_x tip_y tip_angle liapunov stored_energy work viscous_dissipation "
-    "natural_dissipation entropy_production thrust",
+    "natural_dissipation entropy_production thrust transverse end_couple weight",
 }
 
 

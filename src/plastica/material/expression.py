@@ -221,7 +221,7 @@ def constant_beyond(expression: Expression, values: Mapping[str, float], at: flo
             return inner if beyond else -inner
         if isinstance(node, fn.pos):
             return inner if beyond else 0 * inner
-        return node.func(1.0 if beyond else -1.0)
+        return (1 if beyond else -1) if isinstance(node, fn.sign) else int(beyond)
 
     broken = (fn.pos, fn.absolute, *fn.STEP_LIKE)
     settled = expression.tree.replace(lambda node: isinstance(node, broken), branch)
