@@ -27,6 +27,9 @@ _DEEPEST: Final = 60
 _DEEP, _SHARE_OF_ALL = 30, 2.0**-20
 """After so many halvings that share of the whole function is its scale: a root like |x|^(3/2) has none of its own."""
 
+_TINY: Final = 1e-280
+"""What is smaller has lost digits, or will: it counts as 0."""
+
 _MOST: Final = 20_000
 _SHARE: Final = 400
 _NARROW: Final = 2.0**14 * _EPS
@@ -144,9 +147,9 @@ def resolve(f: RowFunction, size: RowFunction | None, cuts: Sequence[Array]) -> 
     row = np.repeat(np.arange(len(cuts)), [cut.size - 1 for cut in cuts])
     a, b = np.concatenate([cut[:-1] for cut in cuts]), np.concatenate([cut[1:] for cut in cuts])
     done: list[Pieces] = []
-    count, floor = 0, np.zeros(len(cuts))
+    count, floor = 0, np.full(len(cuts), _TINY)
     for depth in range(_DEEPEST + 1):
-        tried = _interpolate(f, size, row, a, b, floor[row] if depth >= _DEEP else 0.0 * floor[row])
+        tried = _interpolate(f, size, row, a, b, floor[row] if depth >= _DEEP else np.full(row.size, _TINY))
         if depth == 0:
             np.maximum.at(floor, row, _SHARE_OF_ALL * np.nan_to_num(np.abs(tried.c).sum(axis=1)))
         narrow = np.asarray(b - a <= _NARROW * np.maximum(np.abs(a), np.abs(b)))
