@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.equilibria.elastica import ends, profile
+from plastica.equilibria.elastica import LARGEST_GAMMA, ends, profile
 from plastica.equilibria.equilibrium import Equilibrium, equilibrium
 from plastica.equilibria.rest import Rest, settle
 from plastica.equilibria.spectrum import spectrum, unstable_count
@@ -174,6 +174,9 @@ class _State:
 
     def limit(self) -> Limit:
         """Predict: the static shape of the present natural curvature first, then which way it moves from there."""
+        largest = float(np.abs(self.mu).max(initial=abs(self.mu_nat)))
+        if self.gamma > LARGEST_GAMMA or largest**2 + 4.0 * self.gamma > FARTHEST**2:
+            return _undecided("its thrust or its curvature is beyond what the curve of equilibria is followed to")
         shape = settle(self.strut, self.mu, self.mu_nat)
         alpha = self._on_curve(shape)
         if alpha is None:

@@ -10,10 +10,12 @@ import scipy
 
 from plastica._version import __version__
 from plastica.errors import ArgumentError, FileError
+from plastica.files import as_path
 from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.integrate import Leg
 from plastica.motion.plan import Plan, Problem
 from plastica.motion.store import strut_to_dict
+from plastica.physics.amounts import plain
 
 __all__ = ["Keeping", "keeping_in"]
 
@@ -82,8 +84,7 @@ def keeping_in(folder: str | Path | None, every: float, resume: bool) -> Keeping
     """
     if folder is None:
         return None
-    if not isinstance(folder, (str, Path)):
-        raise ArgumentError("must be a path, as text or a Path", where="checkpoint", value=folder)
-    if isinstance(every, bool) or not isinstance(every, (int, float)) or not 0.0 <= every < float("inf"):
+    seconds = plain(every)
+    if not isinstance(seconds, float) or not 0.0 <= seconds < float("inf"):
         raise ArgumentError("must be a number of seconds, not negative", where="checkpoint_every", value=every)
-    return Keeping(Path(folder), float(every), bool(resume))
+    return Keeping(as_path(folder, "checkpoint"), seconds, bool(resume))

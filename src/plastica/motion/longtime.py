@@ -111,7 +111,7 @@ def omega_limit(
     rtol: float = 1e-8,
     longest: float = LAST_LOOK,
 ) -> Limit:
-    """Follow a start until its limit can be told: the one point of its omega-limit set (paper, theorem 4.2).
+    """Follow a start until its limit can be told: the one point of its omega-limit set (paper, theorem 4.5).
 
     Integrates, asks `predict_limit`, and goes on for three times as long as long as the answer is "undecided".
 

@@ -271,6 +271,12 @@ def _bounds_in_words(bound: Bounds, met: float) -> str:
     )
 
 
+def _without_the_limit(solution: Solution) -> str:
+    """The status without the sentence that stands under distance."""
+    limit = solution.limit
+    return str(solution.status) if limit is None else str(solution.status).replace(f" {limit.sentence}", "")
+
+
 def introduction(solution: Solution) -> str:
     """Return a summary of a solution on a few lines."""
     counts, grid = solution.counts, solution.model.grid
@@ -279,7 +285,7 @@ def introduction(solution: Solution) -> str:
     met = float(np.sqrt(solution.history.y[:, :n] ** 2 @ grid.w).max() + np.abs(solution.history.y[:, n]).max())
     elements = "1 element" if grid.elements == 1 else f"{grid.elements} elements"
     lines = [
-        f"status    {solution.status}",
+        f"status    {_without_the_limit(solution)}",
         f"verdict   {solution.outcome.sentence}",
         f"distance  {solution.outcome.distance}",
         f"ledger    {solution.ledger}",
