@@ -1,6 +1,6 @@
 """Creep buckling: a strut that stands for a long time below its Euler load, and then does not.
 
-A rod with k = EI and h = 0.1 EI/L (the catalogue's one-shape material), under a dead thrust of 2 EI/L**2: 81 % of its
+A rod with k = EI and h = 0.1 EI (the catalogue's one-shape material), under a dead thrust of 2 EI/L**2: 81 % of its
 Euler load. Elastically it would stand. But an imperfection (a natural curvature, here) bends it a little, the bend
 drives the natural curvature, and beyond a certain imperfection no equilibrium is left near the straight shape: the
 rod creeps, slower and slower as it passes the place where it would nearly have come to rest, and then faster, until

@@ -17,7 +17,7 @@ __all__ = ["pairs", "print_batch", "print_check", "print_result", "row"]
 _GROUPS = {
     "thrust_over_EI_per_L2": "largest thrust, in EI/L²",
     "thrust_over_euler": "largest thrust, in Euler loads π²/4",
-    "threshold_over_EI": "threshold, in EI/L",
+    "threshold_over_EI": "threshold, in EI",
     "drive_over_threshold_at_start": "drive at the start, in thresholds",
     "natural_curvature_times_L": "natural curvature at the start, times L",
 }

@@ -216,7 +216,7 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     rates = "Nothing moves any more that double precision could show."
     if max(speed, natural) > STILL:
         rates = f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
-    amount = _show(solution, abs(excess), "drive", "N*m**2", "EI/L")
+    amount = _show(solution, abs(excess), "drive", "N*m**2", "EI")
     share = f"{abs(excess) / threshold:.2g} of it" if threshold > 0.0 else "of no size"
     if excess <= 0.0:
         return (
