@@ -79,3 +79,9 @@ def test_lines_of_any_document(pairs: list[tuple[str, str]]) -> None:
         expected[tomllib.loads(f"{key} = 0").popitem()[0],] = text.count("\n") + 1
         text += f"{key} = {value}\n"
     check_lines(text, expected)
+
+
+def test_texts_that_are_not_closed_cost_no_more_than_others() -> None:
+    """A start that is tried in vain would cost the square of the length: hours for a file of this size."""
+    for text in ('"\\' * 400_000, '"""\\' * 200_000, "'''" + "x'" * 300_000):
+        assert len(list(tokens(text))) <= 2

@@ -17,13 +17,14 @@ DEEPEST: Final = 12
 MOST_PARTS: Final = 8
 MOST_TOKENS: Final = 100_000
 
-# No possessive group: Python before 3.11.5 matches those that hold alternatives wrongly (gh-106052). The alternatives
-# exclude one another by their first character, so that backtracking stays linear.
+# No possessive group: Python before 3.11.5 matches those that hold alternatives wrongly (gh-106052). A text that is not
+# closed is one token up to where it would have to be (`tomllib` refuses it later): no start is tried in vain, and
+# the time stays linear.
 _TOKEN: Final = re.compile(
     r"""
       (?P<comment>\#[^\n]*+)
-    | (?P<text>\"{3}(?:[^"\\]|\\.|"(?!""))*"{3,5} | '{3}(?:[^']|'(?!''))*'{3,5}
-             | "(?:[^"\\\n]|\\.)*" | '[^'\n]*+')
+    | (?P<text>\"{3}(?:[^"\\]|\\.|"(?!""))*(?:"{3,5})? | '{3}(?:[^']|'(?!''))*(?:'{3,5})?
+             | "(?:[^"\\\n]|\\.)*"? | '[^'\n]*+'?)
     | (?P<newline>\n)
     | (?P<word>[A-Za-z0-9_+:-]++)
     | (?P<sign>[\[\]{}=,.])
