@@ -61,15 +61,21 @@ def limit_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Lim
         known = solution.limit
         if known.kind != "undecided":
             return known
-    free, later = strut.with_load(Load()), FIRST_LOOK
-    sol = solve(free, start=solution, until=(end + later) * strut.scales.time, rtol=max(1e-8, solution.rtol))
-    while sol.status.ok:
+    until = (end + FIRST_LOOK) * strut.scales.time
+    sol = solve(strut.with_load(Load()), start=solution, until=until, rtol=max(1e-8, solution.rtol))
+    limit, sol = _waited(sol, end, longest)
+    return limit if sol.status.ok else None
+
+
+def _waited(sol: Solution, since: float, longest: float) -> tuple[Limit | None, Solution]:
+    """Go on three times as long, counted from `since`, while the limit is undecided and the integration goes well."""
+    later = FIRST_LOOK
+    while True:
         limit = limit_of(sol)
         later *= 3.0
-        if limit is None or limit.kind != "undecided" or later > longest:
-            return limit
-        sol = solve(sol.model, start=sol, until=(end + later) * strut.scales.time, rtol=sol.rtol)
-    return None
+        if limit is None or limit.kind != "undecided" or not sol.status.ok or later > longest:
+            return limit, sol
+        sol = solve(sol.model, start=sol, until=(since + later) * sol.model.scales.time, rtol=sol.rtol)
 
 
 def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e-10) -> tuple[Array, float]:
@@ -138,13 +144,8 @@ def omega_limit(
     """
     if strut.grid.nodes == "auto":
         strut = strut.with_grid(Grid(24, strut.grid.breaks))
-    scale, until = strut.scales.time, FIRST_LOOK
-    sol = solve(strut, curvature, natural_curvature, until=until * scale, rtol=rtol)
-    while True:
-        limit = limit_of(sol)
-        if limit is None:
-            raise ArgumentError("must be a constant thrust alone for a limit to exist", where="load", value=strut.load)
-        until *= 3.0
-        if limit.kind != "undecided" or not sol.status.ok or until > longest:
-            return limit
-        sol = solve(sol.model, start=sol, until=until * scale, rtol=rtol)
+    sol = solve(strut, curvature, natural_curvature, until=FIRST_LOOK * strut.scales.time, rtol=rtol)
+    limit, _ = _waited(sol, 0.0, longest)
+    if limit is None:
+        raise ArgumentError("must be a constant thrust alone for a limit to exist", where="load", value=strut.load)
+    return limit

@@ -109,9 +109,10 @@ def outcome(solution: Solution) -> Outcome:
         "curvature_rate": float(np.sqrt(w @ mu_t**2)),
         "natural_rate": float(natural_rate),
     }
-    headline = _headline(solution, _shape(solution), memory, released)
+    shape = _shape(solution)
+    headline = _headline(solution, shape, memory, released)
     return Outcome(
-        _shape(solution),
+        shape,
         memory,
         released,
         excess <= 0.0,
