@@ -219,7 +219,7 @@ BAD: list[tuple[str, Callable[[], object]]] = [
     ("thrust", lambda: strip().gamma(math.nan)),
     ("thrust", lambda: strip().gamma("3")),
     ("specimen", lambda: Specimen.from_dict(3)),
-    ("specimen", lambda: Specimen.from_dict({"length": 1.0})),
+    ("specimen", lambda: Specimen.from_dict({"bending_stiffness": 1.0, "retardation_time": 1.0})),
     ("specimen", lambda: Specimen.from_dict(strip().to_dict() | {"mass": 1.0})),
     ("specimen", lambda: Specimen.from_dict(strip().to_dict() | {3: 1.0})),
     ("length, stiffness and time", lambda: Scales(1e-100, 1e100, 1.0)),

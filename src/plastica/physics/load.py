@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError, PlasticaError
 from plastica.physics import programs
-from plastica.physics.amounts import plain
+from plastica.physics.amounts import Amount, finite, plain
 from plastica.physics.polyline import MAX_KNOTS, Knot, near, too_many_knots
 from plastica.physics.program import Program
 from plastica.physics.scales import KINDS, Scales
@@ -33,7 +33,9 @@ LOAD_KINDS: Final[Mapping[str, str]] = MappingProxyType(
 
 
 _PUSHES: Final = ("thrust", "weight")
-"""Loads toward the clamp: negative they would be tension along the rod."""
+"""Loads toward the clamp: negative they are tension along the rod, which must be asked for."""
+
+_QUARTER: Final = 0.5 * math.pi
 
 # A thrust such as 0.3 - 0.1 - 0.2*cos(t) is 0 at its least but for rounding.
 _ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
@@ -57,11 +59,17 @@ class Load:
         m₁ at the free end, in N m.
     weight : Given
         w, a force per length toward the clamp, in N/m; not negative.
+    weight_angle : str or float
+        The constant angle ψ of the weight, in rad or text such as "30 deg": q = w (−cos ψ, sin ψ). 0 is toward
+        the clamp, along its tangent; a quarter turn is across, along +y; a half turn hangs from the clamp.
+    allow_tension : bool
+        Whether thrust and weight may be negative: they then pull away from the clamp.
 
     Raises
     ------
     ArgumentError
-        If one of them is no load, has another dimension, or thrust or weight is negative at some time.
+        If one of them is no load, has another dimension, or thrust or weight is negative at some time where
+        tension is not allowed.
 
     Examples
     --------
@@ -73,29 +81,88 @@ class Load:
     transverse: Program
     couple: Program
     weight: Program
+    weight_angle: float
+    allow_tension: bool
 
-    def __init__(self, thrust: Given = 0.0, transverse: Given = 0.0, couple: Given = 0.0, weight: Given = 0.0) -> None:
+    def __init__(
+        self,
+        thrust: Given = 0.0,
+        transverse: Given = 0.0,
+        couple: Given = 0.0,
+        weight: Given = 0.0,
+        *,
+        weight_angle: Amount = 0.0,
+        allow_tension: bool = False,
+    ) -> None:
         given = {"thrust": thrust, "transverse": transverse, "couple": couple, "weight": weight}
         for name, each in given.items():
-            object.__setattr__(self, name, _program(name, each))
+            object.__setattr__(self, name, _program(name, each, LOAD_KINDS[name]))
+        object.__setattr__(self, "weight_angle", _angle(weight_angle, "weight_angle"))
+        if not isinstance(allow_tension, bool):
+            raise ArgumentError("must be true or false", where="allow_tension", value=allow_tension)
+        object.__setattr__(self, "allow_tension", allow_tension)
         # How long a text is used is known only when it runs: see `check`.
         for name in _PUSHES:
             program = getattr(self, name)
             if program.constant or not isinstance(program, Text):
                 self._refuse_tension(name, 0.0 if program.constant else math.inf)
 
+    @classmethod
+    def at_angle(cls, force: Given, angle: Amount, **others: Any) -> Load:
+        """Make the loads of a dead force at a constant angle at the free end.
+
+        n(1) = F (−cos φ, sin φ), so thrust = F cos φ and transverse = F sin φ (design, section 1.2). The force
+        keeps its direction when the rod turns. Tension is allowed, for beyond a quarter turn the force pulls.
+
+        Parameters
+        ----------
+        force : Given
+            F, given like any load, in N.
+        angle : str or float
+            φ, in rad or text such as "30 deg". 0 is toward the clamp, a quarter turn is along +y; multiples of
+            a quarter turn leave no remnant along the other axis.
+        **others : Given
+            The other arguments of `Load`: couple, weight and weight_angle.
+
+        Returns
+        -------
+        Load
+            The loads.
+
+        Raises
+        ------
+        ArgumentError
+            If the force or the angle is none, or thrust, transverse or allow_tension is given as well.
+        """
+        taken = sorted(others.keys() & {"thrust", "transverse", "allow_tension"})
+        if taken:
+            rule = "must not be given beside a force at an angle, which sets it"
+            raise ArgumentError(rule, where=taken[0], value=others[taken[0]])
+        program = _program("force", force, "force")
+        along, across = _direction(_angle(angle, "angle"))
+        thrust, transverse = (program.multiplied(each) if each else 0.0 for each in (along, across))
+        return cls(thrust, transverse, **others, allow_tension=True)
+
+    @property
+    def weight_direction(self) -> tuple[float, float]:
+        """The unit vector (−cos ψ, sin ψ) of the weight; exact at multiples of a quarter turn."""
+        along, across = _direction(self.weight_angle)
+        return 0.0 - along, across
+
     def _refuse_tension(self, name: str, until: float) -> None:
+        if self.allow_tension:
+            return
         least, greatest = _named(name, lambda: getattr(self, name).extreme(until))
         if least < -_ROUNDING * max(abs(least), abs(greatest)):
             raise ArgumentError(
-                f"must not be negative at any time (a {name} pushes toward the clamp; tension is not treated)",
+                f"must not be negative at any time (a {name} pushes toward the clamp; negative it is tension)",
                 where=name,
                 value=least,
-                next_step="Give the size of the push as a positive number.",
+                next_step="Give the push as a positive number, or ask for tension with allow_tension=True.",
             )
 
     def check(self, until: float) -> None:
-        """Refuse loads that are not finite, or a thrust or weight that is negative, before `until`; text is sampled.
+        """Refuse loads that are not finite, or tension that was not asked for, before `until`; text is sampled.
 
         Parameters
         ----------
@@ -168,12 +235,21 @@ class Load:
             **{
                 name: _named(name, lambda p=program, k=LOAD_KINDS[name]: p.scaled(scales.time, getattr(scales, k)))
                 for name, program in self.items()
-            }
+            },
+            weight_angle=self.weight_angle,
+            allow_tension=self.allow_tension,
         )
 
     def mirrored(self) -> Load:
-        """Return the loads of the mirror image: transverse force and couple change their sign (claim 8)."""
-        return Load(self.thrust, self.transverse.mirrored(), self.couple.mirrored(), self.weight)
+        """Return the loads of the mirror image: transverse force, couple and weight angle change their sign."""
+        return Load(
+            self.thrust,
+            self.transverse.mirrored(),
+            self.couple.mirrored(),
+            self.weight,
+            weight_angle=-self.weight_angle,
+            allow_tension=self.allow_tension,
+        )
 
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the knots of all four programs in (0, until], in order.
@@ -219,13 +295,16 @@ class Load:
         """
         words = [
             f"{name} {each.describe(KINDS[LOAD_KINDS[name]][0] if si else '', 's' if si else '')}"
+            + (f" at {math.degrees(self.weight_angle):.6g} deg" if name == "weight" and self.weight_angle else "")
             for name, each in self.sources()
         ]
         return "; ".join(words) or "no load"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what `from_dict` takes, ready for JSON: the four programs by name."""
-        return {name: program.to_dict() for name, program in self.items()}
+        """Return what `from_dict` takes, ready for JSON: the four programs, and options that are not the default."""
+        options = {"weight_angle": self.weight_angle, "allow_tension": self.allow_tension}
+        programs_by_name = {name: program.to_dict() for name, program in self.items()}
+        return programs_by_name | {name: value for name, value in options.items() if value}
 
     @classmethod
     def from_dict(cls, data: object) -> Load:
@@ -234,7 +313,7 @@ class Load:
         Parameters
         ----------
         data : mapping
-            Programs by name; a load left out is 0.
+            Programs and options by name; a load left out is 0.
 
         Returns
         -------
@@ -248,7 +327,11 @@ class Load:
         """
         if not isinstance(data, Mapping) or not data.keys() <= set(_NAMES):
             raise ArgumentError(f"must be a mapping with the keys {', '.join(_NAMES)}", where="load", value=data)
-        return cls(**{name: _named(name, lambda each=each: programs.from_dict(each)) for name, each in data.items()})
+        read = {
+            name: _named(name, lambda each=each: programs.from_dict(each)) if name in LOAD_KINDS else each
+            for name, each in data.items()
+        }
+        return cls(**read)
 
 
 _NAMES: Final = tuple(each.name for each in fields(Load))
@@ -267,9 +350,25 @@ def _named(name: str, make: Any) -> Any:
         raise named from None
 
 
-def _program(name: str, given: object) -> Program:
+def _angle(given: object, where: str) -> float:
+    angle = finite(given, "rad", where)
+    if abs(angle) > 2.0 * math.pi * (1.0 + _ROUNDING):
+        next_step = f'An angle in degrees is text: "{angle:g} deg".'
+        raise ArgumentError("must be within a turn, in rad", where=where, value=given, next_step=next_step)
+    return angle + 0.0
+
+
+def _direction(angle: float) -> tuple[float, float]:
+    """Return cos and sin, exact where the angle is a multiple of a quarter turn but for rounding."""
+    turns = round(angle / _QUARTER)
+    if abs(angle - turns * _QUARTER) <= _ROUNDING:
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[turns % 4]
+    return math.cos(angle), math.sin(angle)
+
+
+def _program(name: str, given: object, kind: str) -> Program:
     made: Program = _named(name, lambda: _read(given))
-    due = KINDS[LOAD_KINDS[name]][0]
+    due = KINDS[kind][0]
     if made.value_unit not in ("", due):
         raise ArgumentError(f"must be a load in {due}", where=name, value=made.describe())
     return made

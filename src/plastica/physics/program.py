@@ -93,9 +93,13 @@ class Program(ABC):
         """
         return replace(self._scaled(time_scale, value_scale), value_unit="", time_unit="")
 
+    def multiplied(self, factor: float) -> Self:
+        """Return the program with its values multiplied by a factor that is not 0; units stay."""
+        return self._scaled(1.0, 1.0 / factor)
+
     def mirrored(self) -> Self:
         """Return the program with the opposite sign."""
-        return self._scaled(1.0, -1.0)
+        return self.multiplied(-1.0)
 
     @abstractmethod
     def _values(self, t: Array) -> Array:

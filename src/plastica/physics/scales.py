@@ -1,89 +1,28 @@
 """The specimen in SI units, and the scales that take it to the dimensionless rod and back.
 
 Inside the package everything is dimensionless: lengths are measured in L, forces in EI/L², times in T, the
-retardation time (design, section 1.1). `KINDS` lists every kind of quantity with its unit and its scale, so
-that a quantity is converted at one place only.
+retardation time or, for a rod without damping, √(ρA L⁴/EI) (design, section 1.1). `KINDS` lists every kind of
+quantity with its unit and its scale, so that a quantity is converted at one place only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 from plastica.errors import ArgumentError
 from plastica.physics.amounts import Amount, finite, plain, positive
+from plastica.physics.inertia import Inertia
+from plastica.physics.kinds import KINDS, kind_of, unit_of
 from plastica.physics.section import Section
 
 __all__ = ["KINDS", "Amount", "Scales", "Section", "Specimen", "unit_of"]
 
 Value = TypeVar("Value", bound=Any)
 
-KINDS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
-    {
-        "length": ("m", "length"),
-        "time": ("s", "time"),
-        "rate": ("1/s", "rate"),
-        "angle": ("rad", "angle"),
-        "curvature": ("1/m", "curvature"),
-        "curvature_rate": ("1/(m*s)", "curvature_rate"),
-        "force": ("N", "force"),
-        "couple": ("N*m", "couple"),
-        "distributed": ("N/m", "distributed"),
-        "drive": ("N*m**2", "drive"),
-        "threshold": ("N*m**2", "drive"),
-        "stiffness": ("N*m**2", "drive"),
-        "preference": ("N", "preference"),
-        "flow": ("1/(m*s)", "flow"),
-        "energy": ("J", "energy"),
-        "power": ("W", "power"),
-        "entropy_production": ("W/K", "entropy_production"),
-        "entropy_rate": ("W/(m*K)", "entropy_rate"),
-        "ratio": ("1", "ratio"),
-    }
-)
-"""Every kind of quantity: name → (SI unit, the property of `Scales` that holds its scale)."""
-
-_DISSIPATION_UNITS: Final = MappingProxyType({"entropy_production": "W", "entropy_rate": "W/m"})
-
 # Scales are multiplied with one another; within these bounds no product of two leaves the doubles.
 _SMALLEST, _LARGEST = 1e-150, 1e150
-
-
-def _kind(name: str) -> tuple[str, str]:
-    if name not in KINDS:
-        raise ArgumentError("must be one of " + ", ".join(KINDS), where="kind", value=name)
-    return KINDS[name]
-
-
-def unit_of(kind: str, dimensionless: bool = False, *, thermal: bool = True) -> str:
-    """Tell the unit of a kind of quantity, for labels and files.
-
-    Parameters
-    ----------
-    kind : str
-        A name in `KINDS`.
-    dimensionless : bool
-        True where no specimen is given: the unit is then ``"1"``, that of an angle ``"rad"``.
-    thermal : bool
-        Whether a temperature is given. Without one, entropy production stands for temperature times entropy
-        production, a power.
-
-    Returns
-    -------
-    str
-        For example ``"N"``, ``"N*m**2"`` or ``"1"``.
-
-    Raises
-    ------
-    ArgumentError
-        If the kind is unknown.
-    """
-    unit = _kind(kind)[0]
-    if dimensionless:
-        return "rad" if kind == "angle" else "1"
-    return unit if thermal else _DISSIPATION_UNITS.get(kind, unit)
 
 
 @dataclass(frozen=True)
@@ -156,6 +95,16 @@ class Scales:
     flow = curvature_rate
 
     @property
+    def velocity(self) -> float:
+        """Scale of velocities, L/T, in m/s."""
+        return self.length / self.time
+
+    @property
+    def acceleration(self) -> float:
+        """Scale of accelerations, L/T², in m/s²."""
+        return self.length / self.time / self.time
+
+    @property
     def force(self) -> float:
         """Scale of forces, EI/L², in N: a thrust of γ of them gives γ = βL²/EI."""
         return self.stiffness / self.length / self.length
@@ -214,7 +163,7 @@ class Scales:
         ArgumentError
             If the kind is unknown.
         """
-        result: Value = value * getattr(self, _kind(kind)[1])
+        result: Value = value * getattr(self, kind_of(kind)[1])
         return result
 
     def from_si(self, kind: str, value: Value) -> Value:
@@ -237,16 +186,18 @@ class Scales:
         ArgumentError
             If the kind is unknown.
         """
-        result: Value = value / getattr(self, _kind(kind)[1])
+        result: Value = value / getattr(self, kind_of(kind)[1])
         return result
 
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
-    """The rod on the bench: its length, bending stiffness and retardation time, in SI units.
+    """The rod on the bench: its length, bending stiffness, retardation time and mass, in SI units.
 
     Each value is text with a unit, or a number in SI units. The bending stiffness EI is given itself, or by
-    Young's modulus and the cross section.
+    Young's modulus and the cross section; the mass by mass per length and rotary inertia, or by density and
+    cross section. The scale T of time is the retardation time; without one √(ρA L⁴/EI), or √(ρJ L²/EI) where
+    the rod has rotary inertia only.
 
     Parameters
     ----------
@@ -259,16 +210,22 @@ class Specimen:
     section : mapping or Section, optional
         A `shape` and its sizes: "rectangle" with `width` and `thickness` (bent about the thin axis), "circle"
         with `diameter`, "tube" with `outer_diameter` and `wall` or `inner_diameter`.
-    retardation_time : str or float
-        ν, in s: how long the rod takes to follow its load; the scale T of time.
+    retardation_time : str or float, optional
+        ν, in s: how long the rod takes to follow its load. Left out, the rod has no damping.
     temperature : str or float, optional
         Absolute temperature in K, needed for entropy only.
+    mass_per_length : str or float, optional
+        ρA, in kg/m.
+    rotary_inertia : str or float, optional
+        ρJ, the rotary inertia per length, in kg m.
+    density : str or float, optional
+        ρ, in kg/m³, together with `section`: then ρA and ρJ are those of the section, J = I.
 
     Raises
     ------
     ArgumentError
         If a value is not positive, not finite or has another dimension; if the bending stiffness is given
-        twice or not at all.
+        twice or not at all, the mass is given twice, or neither retardation time nor mass is given.
 
     Examples
     --------
@@ -280,10 +237,15 @@ class Specimen:
     bending_stiffness: Amount | None = None
     youngs_modulus: Amount | None = None
     section: Section | Mapping[str, Amount] | None = None
-    retardation_time: Amount
+    retardation_time: Amount | None = None
     temperature: Amount | None = None
+    mass_per_length: Amount | None = None
+    rotary_inertia: Amount | None = None
+    density: Amount | None = None
     scales: Scales = field(init=False, repr=False, compare=False)
     """The scales that take this specimen to the dimensionless rod."""
+    inertia: Inertia = field(init=False, repr=False, compare=False)
+    """Mass and rotary inertia per length in SI units, 0 where they are not given."""
 
     def __post_init__(self) -> None:
         for name in _FIELDS:
@@ -292,12 +254,21 @@ class Specimen:
             object.__setattr__(self, "section", Section.read(self.section))
         warmth = None if self.temperature is None else positive(self.temperature, "K", "temperature")
         length = positive(self.length, "m", "length")
-        time = positive(self.retardation_time, "s", "retardation_time")
-        object.__setattr__(self, "scales", Scales(length, self._stiffness(), time, warmth))
+        stiffness = self._stiffness()
+        inertia = Inertia.read(self.mass_per_length, self.rotary_inertia, self.density, self.section)
+        if self.retardation_time is not None:
+            time = positive(self.retardation_time, "s", "retardation_time")
+        else:
+            time = inertia.time(length, stiffness)
+        object.__setattr__(self, "scales", Scales(length, stiffness, time, warmth))
+        object.__setattr__(self, "inertia", inertia)
+        inertia.ratios(length, stiffness, time)
 
     def _stiffness(self) -> float:
         direct = self.bending_stiffness is not None
-        parts = (self.youngs_modulus is not None, self.section is not None)
+        # Beside a stiffness that was measured, a section may stand for the sake of the density.
+        needless = direct and self.density is not None
+        parts = (self.youngs_modulus is not None, self.section is not None and not needless)
         if direct == any(parts) or any(parts) != all(parts):
             raise ArgumentError(
                 "must be given either as `bending_stiffness`, or as `youngs_modulus` and `section` together",
@@ -321,8 +292,23 @@ class Specimen:
 
     @property
     def T(self) -> float:
-        """Retardation time, the scale of time, in s."""
+        """The scale of time, in s: the retardation time if one is given."""
         return self.scales.time
+
+    @property
+    def damping(self) -> float:
+        """Dimensionless damping δ = ν/T: 1 with a retardation time, 0 without (design, section 1.1)."""
+        return 0.0 if self.retardation_time is None else 1.0
+
+    @property
+    def translational_inertia(self) -> float:
+        """Dimensionless translational inertia ε₁ = ρA L⁴/(EI T²); 0 where no mass is given."""
+        return self.inertia.ratios(self.L, self.EI, self.T)[0]
+
+    @property
+    def rotary_inertia_ratio(self) -> float:
+        """Dimensionless rotary inertia ε₀ = ρJ L²/(EI T²); 0 where none is given."""
+        return self.inertia.ratios(self.L, self.EI, self.T)[1]
 
     def gamma(self, thrust: Amount) -> float:
         """Return the dimensionless thrust γ = βL²/EI (paper, section 3; design, section 1.1).
@@ -375,8 +361,8 @@ class Specimen:
         """
         if not isinstance(data, Mapping):
             raise ArgumentError("must be a mapping", where="specimen", value=data)
-        if not {"length", "retardation_time"} <= data.keys() <= set(_FIELDS):
-            rule = f"must have `length` and `retardation_time`, and no keys but {', '.join(_FIELDS)}"
+        if not {"length"} <= data.keys() <= set(_FIELDS):
+            rule = f"must have `length`, and no keys but {', '.join(_FIELDS)}"
             raise ArgumentError(rule, where="specimen", value=", ".join(map(str, data)))
         return cls(**data)
 

@@ -1,4 +1,4 @@
-"""The cross section of a rod and its second moment of area."""
+"""The cross section of a rod, its area and its second moment of area."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SECTIONS: Final = MappingProxyType(
 
 @dataclass(frozen=True)
 class Section:
-    """The cross section of the rod, which gives the second moment of area I.
+    """The cross section of the rod, which gives its area A and second moment of area I.
 
     Parameters
     ----------
@@ -43,6 +43,8 @@ class Section:
     dimensions: tuple[tuple[str, Amount], ...]
     second_moment: float = field(init=False, repr=False, compare=False)
     """I, in m⁴: w t³/12; π d⁴/64; π (d⁴ − d_i⁴)/64."""
+    area: float = field(init=False, repr=False, compare=False)
+    """A, in m²: w t; π d²/4; π (d² − d_i²)/4."""
 
     def __post_init__(self) -> None:
         names = tuple(sorted(name for name, _ in self.dimensions))
@@ -55,7 +57,9 @@ class Section:
             rule = f"must have {choices} for a {self.shape}"
             raise ArgumentError(rule, where="section", value=", ".join(names))
         sizes = {name: positive(value, "m", f"section.{name}") for name, value in self.dimensions}
-        object.__setattr__(self, "second_moment", _second_moment(self.shape, sizes))
+        area, second_moment = _moments(self.shape, sizes)
+        object.__setattr__(self, "area", area)
+        object.__setattr__(self, "second_moment", second_moment)
 
     @classmethod
     def read(cls, given: object) -> Section:
@@ -96,7 +100,7 @@ class Section:
         return {"shape": self.shape, **dict(self.dimensions)}
 
 
-def _second_moment(shape: str, sizes: Mapping[str, float]) -> float:
+def _moments(shape: str, sizes: Mapping[str, float]) -> tuple[float, float]:
     if shape == "rectangle":
         width, thickness = sizes["width"], sizes["thickness"]
         if thickness > width:
@@ -106,9 +110,9 @@ def _second_moment(shape: str, sizes: Mapping[str, float]) -> float:
                 value=thickness,
                 next_step="Exchange the two.",
             )
-        return width * thickness**3 / 12.0
+        return width * thickness, width * thickness**3 / 12.0
     if shape == "circle":
-        return math.pi * sizes["diameter"] ** 4 / 64.0
+        return math.pi * sizes["diameter"] ** 2 / 4.0, math.pi * sizes["diameter"] ** 4 / 64.0
     outer = sizes["outer_diameter"]
     key = "wall" if "wall" in sizes else "inner_diameter"
     inner = outer - 2.0 * sizes["wall"] if key == "wall" else sizes["inner_diameter"]
@@ -116,4 +120,5 @@ def _second_moment(shape: str, sizes: Mapping[str, float]) -> float:
         rule = f"must be less than {outer / 2.0 if key == 'wall' else outer:g} m to fit the outer diameter"
         raise ArgumentError(rule, where=f"section.{key}", value=sizes[key])
     # Factored, so that a thin wall loses no digits.
-    return math.pi * (outer - inner) * (outer + inner) * (outer**2 + inner**2) / 64.0
+    area = math.pi * (outer - inner) * (outer + inner) / 4.0
+    return area, area * (outer**2 + inner**2) / 16.0

@@ -139,7 +139,7 @@ def _check_units(made: Material, problems: Problems) -> None:
 
 def load(section: schema.Load, problems: Problems, *, si: bool) -> Load | None:
     """Make the loads."""
-    made: dict[str, Program | float | str] = {}
+    made: dict[str, Any] = {}
     for name, kind in LOAD_KINDS.items():
         value, path = getattr(section, name), ("load", name)
         if value is None:
