@@ -14,11 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plastica.errors import ArgumentError
+from plastica.material import catalogue
+from plastica.numerics.grid import Grid
 from plastica.physics import programs
 from plastica.physics.load import LOAD_KINDS, Load
 from plastica.physics.polyline import Knot
 from plastica.physics.program import Program
 from plastica.physics.scales import Scales
+from plastica.physics.strut import Strut
 from tests.test_programs import EPS, SPECIMEN, UNTIL, everything, size_of, values_on
 
 
@@ -115,6 +118,96 @@ def test_units_need_a_specimen() -> None:
     assert plain.dimensionless(Scales.unit(), si=False) == plain
 
 
+def check_force_at_an_angle(degrees: float) -> None:
+    """n(1) = F (−cos φ, sin φ): thrust F cos φ, transverse force F sin φ, whatever the program, units kept."""
+    phi = math.radians(degrees)
+    for force in (3.0, "1 + sin(t)", ([0, 1, 1, 4], [0, 2, -1, 3]), programs.cycles(-1, 2, 0.7, shape="sine")):
+        alone = Load(transverse=force).transverse
+        for load in (Load.at_angle(force, f"{degrees} deg"), Load.at_angle(force, phi)):
+            for t in (0.0, 0.3, 1.0, 2.9):
+                f = alone(t)
+                assert abs(load.thrust(t) - f * math.cos(phi)) <= 16 * EPS * abs(f)
+                assert abs(load.transverse(t) - f * math.sin(phi)) <= 16 * EPS * abs(f)
+    held = programs.ramp_hold_release("3 N", 0, "1 day", 0)
+    turned = Load.at_angle(held, phi)
+    assert all(each.value_unit == "N" for each in (turned.thrust, turned.transverse) if not each.constant)
+
+
+def check_quarter_turns() -> None:
+    """Along an axis nothing is left across it, by a single bit."""
+    for quarter, (along, across) in enumerate(((3.0, 0.0), (0.0, 3.0), (-3.0, 0.0), (0.0, -3.0), (3.0, 0.0))):
+        for angle in (f"{90 * quarter} deg", 0.5 * math.pi * quarter):
+            load = Load.at_angle(3.0, angle)
+            assert (load.thrust, load.transverse) == (programs.constant(along), programs.constant(across))
+            assert Load(weight=1.0, weight_angle=angle).weight_direction == (-along / 3.0, across / 3.0)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0, 135.0, -60.0, 180.0, 359.0])
+def test_a_force_at_an_angle(degrees: float) -> None:
+    check_force_at_an_angle(degrees)
+
+
+def test_quarter_turns_are_exact() -> None:
+    check_quarter_turns()
+
+
+def test_a_force_at_an_angle_stands_beside_the_others() -> None:
+    load = Load.at_angle("1 N", "120 deg", couple="0.1 N*m", weight="2 N/m", weight_angle="90 deg")
+    assert load.couple == programs.constant("0.1 N*m")
+    assert load.weight_direction == (0.0, 1.0)
+    assert load.thrust(0.0) == pytest.approx(-0.5, abs=4 * EPS)
+    assert load.allow_tension
+
+
+def check_weight_direction(angle: float) -> None:
+    """q = w (−cos ψ, sin ψ): the dead force of the weight beyond s is (1 − s) of it (design, section 1.2)."""
+    load = Load(thrust=0.4, transverse=0.2, weight=1.5, weight_angle=angle)
+    strut = Strut(catalogue.material("one-shape"), load, Grid(nodes=5))
+    along, across = strut.dead_force(0.0)
+    arm = 1.5 * (1.0 - strut.grid.s)
+    assert np.abs(along - (0.4 + arm * math.cos(angle))).max() <= 8 * EPS
+    assert np.abs(across - (0.2 + arm * math.sin(angle))).max() <= 8 * EPS
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, math.pi / 2, 2.5, -1.0])
+def test_a_weight_acts_at_its_angle(angle: float) -> None:
+    check_weight_direction(angle)
+
+
+def check_options_are_kept() -> None:
+    """Angle and leave for tension survive what is done to loads; the mirror image turns the angle round."""
+    load = Load(-1.0, 0.5, weight=-2.0, weight_angle="30 deg", allow_tension=True)
+    plain = load.dimensionless(SPECIMEN.scales, si=True)
+    assert (plain.weight_angle, plain.allow_tension) == (load.weight_angle, True)
+    assert plain.thrust(0.0) < 0.0
+    stored = json.loads(json.dumps(load.to_dict()))
+    assert Load.from_dict(stored) == load
+    assert Load.from_dict(stored) != Load(-1.0, 0.5, weight=-2.0, allow_tension=True)
+    mirrored = load.mirrored()
+    assert (mirrored.weight_angle, mirrored.allow_tension) == (-load.weight_angle, True)
+    assert mirrored.mirrored() == load
+    assert load.describe(si=True) == "thrust -1 N; transverse 500 mN; weight -2 N/m at 30 deg"
+
+
+def test_options_are_kept() -> None:
+    check_options_are_kept()
+
+
+def test_what_was_stored_before_reads_and_writes_alike() -> None:
+    old = {name: {"kind": "constant", "value": 1.0} for name in LOAD_KINDS}
+    assert Load.from_dict(old).to_dict() == old
+    assert Load.from_dict(old) == Load(1.0, 1.0, 1.0, 1.0)
+
+
+def test_tension_is_for_those_who_ask() -> None:
+    for pull in (-1.0, "1 - t", ([0, 1], [1, -1])):
+        for name in ("thrust", "weight"):
+            Load(**{name: pull}, allow_tension=True).check(10.0)  # type: ignore[arg-type]
+            with pytest.raises(ArgumentError, match="allow_tension") as caught:
+                Load(**{name: pull}).check(10.0)  # type: ignore[arg-type]
+            assert caught.value.where == name
+
+
 def test_tension_by_rounding_is_none() -> None:
     load = Load(thrust="0.3 - 0.1 - 0.2*cos(t)")
     load.check(100.0)
@@ -144,6 +237,23 @@ def test_loads_in_words() -> None:
 
 
 BAD: list[tuple[str, Callable[[], Any]]] = [
+    ("weight_angle", lambda: Load(weight_angle=30)),
+    ("weight_angle", lambda: Load(weight_angle="400 deg")),
+    ("weight_angle", lambda: Load(weight_angle="30 deg/m")),
+    ("weight_angle", lambda: Load(weight_angle=math.nan)),
+    ("weight_angle", lambda: Load(weight_angle=None)),  # type: ignore[arg-type]
+    ("weight_angle", lambda: Load(weight_angle=True)),
+    ("weight_angle", lambda: Load.from_dict({"weight_angle": "x"})),
+    ("allow_tension", lambda: Load(allow_tension=1)),  # type: ignore[arg-type]
+    ("allow_tension", lambda: Load.from_dict({"allow_tension": "yes"})),
+    ("angle", lambda: Load.at_angle(1.0, 45)),
+    ("angle", lambda: Load.at_angle(1.0, "45 N")),
+    ("force", lambda: Load.at_angle("3 m", 0.0)),
+    ("force", lambda: Load.at_angle("3 N*m", 0.0)),
+    ("force", lambda: Load.at_angle(math.inf, 0.0)),
+    ("thrust", lambda: Load.at_angle(1.0, 0.0, thrust=1.0)),
+    ("transverse", lambda: Load.at_angle(1.0, 0.0, transverse=1.0)),
+    ("allow_tension", lambda: Load.at_angle(1.0, 0.0, allow_tension=False)),
     ("thrust", lambda: Load(thrust=-1.0)),
     ("thrust", lambda: Load(thrust=([0, 1], [1, -1e-3]))),
     ("thrust", lambda: Load(thrust=programs.cycles(0, -1, 1))),

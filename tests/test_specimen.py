@@ -170,6 +170,8 @@ def check_stored(specimen: Specimen) -> None:
 def test_stored_and_read_back_it_is_equal() -> None:
     check_stored(strip())
     check_stored(strip(temperature=None))
+    check_stored(Specimen(**STEEL))
+    check_stored(strip(mass_per_length="36 g/m", rotary_inertia=1e-9))
     check_stored(Specimen(length=np.float32(0.25), bending_stiffness=np.int64(2), retardation_time=10))
     check_stored(Specimen(length=np.array(0.25), bending_stiffness=np.array(0.035), retardation_time=np.array(10)))
     assert strip().as_given["length"] == "250 mm"
@@ -178,7 +180,89 @@ def test_stored_and_read_back_it_is_equal() -> None:
     assert pickle.loads(pickle.dumps(strip())) == strip()  # noqa: S301
 
 
+@pytest.mark.parametrize(
+    ("values", "area"),
+    [
+        (STRIP, 20e-3 * 1.5e-3),
+        ({"shape": "circle", "diameter": "4 mm"}, math.pi * (2e-3) ** 2),
+        ({"shape": "tube", "outer_diameter": 2.0, "inner_diameter": 1.0}, 0.75 * math.pi),
+        ({"shape": "tube", "outer_diameter": 2.0, "wall": 0.5}, 0.75 * math.pi),
+    ],
+)
+def test_areas(values: dict[str, Any], area: float) -> None:
+    assert abs(Section.read(values).area - area) <= 8 * EPS * area
+
+
+def check_inertia(specimen: Specimen, mass: float, rotary: float) -> None:
+    """ε₁ = ρA L⁴/(EI T²) and ε₀ = ρJ L²/(EI T²) (design, section 1.1)."""
+    L, EI, T = specimen.L, specimen.EI, specimen.T
+    for found, expected in (
+        (specimen.translational_inertia, mass * L**4 / (EI * T**2)),
+        (specimen.rotary_inertia_ratio, rotary * L**2 / (EI * T**2)),
+    ):
+        assert abs(found - expected) <= 16 * EPS * expected
+
+
+STEEL: dict[str, Any] = {
+    "length": "300 mm",
+    "youngs_modulus": "200 GPa",
+    "section": {"shape": "rectangle", "width": "20 mm", "thickness": "1 mm"},
+    "density": "7.85 g/cm**3",
+}
+
+
+def check_undamped() -> None:
+    """Without a retardation time T = √(ρA L⁴/EI), so that ε₁ = 1 exactly and δ = 0; ε₀ = I/(A L²)."""
+    rod = Specimen(**STEEL)
+    mass, stiffness = 7850.0 * 20e-3 * 1e-3, 200e9 * 20e-3 * 1e-9 / 12.0
+    T = math.sqrt(mass * 0.3**4 / stiffness)
+    assert abs(rod.T - T) <= 8 * EPS * T
+    assert (rod.damping, rod.translational_inertia) == (0.0, 1.0)
+    ratio = 1e-3**2 / 12.0 / 0.3**2
+    assert abs(rod.rotary_inertia_ratio - ratio) <= 16 * EPS * ratio
+    check_inertia(rod, mass, 7850.0 * 20e-3 * 1e-9 / 12.0)
+
+
+def test_a_rod_without_damping() -> None:
+    check_undamped()
+
+
+def test_inertia_beside_a_retardation_time() -> None:
+    rod = Specimen(**STEEL, retardation_time=0.5)
+    assert (rod.T, rod.damping) == (0.5, 1.0)
+    check_inertia(rod, 0.157, 7850.0 * 20e-3 * 1e-9 / 12.0)
+    given_both = strip(mass_per_length="36 g/m", rotary_inertia="6.6e-9 kg*m")
+    check_inertia(given_both, 0.036, 6.6e-9)
+    assert (strip().translational_inertia, strip().rotary_inertia_ratio, strip().damping) == (0.0, 0.0, 1.0)
+
+
+def test_rotary_inertia_alone_gives_a_time_too() -> None:
+    rod = Specimen(length=2.0, bending_stiffness=3.0, rotary_inertia=0.75)
+    assert rod.T == 1.0
+    assert (rod.translational_inertia, rod.rotary_inertia_ratio) == (0.0, 1.0)
+
+
+def test_a_measured_stiffness_beside_a_density() -> None:
+    rod = Specimen(length=0.3, bending_stiffness=0.3, section=STEEL["section"], density=7850)
+    assert rod.EI == 0.3
+    assert rod.inertia.mass == pytest.approx(0.157, rel=8 * EPS)
+
+
 BAD: list[tuple[str, Callable[[], object]]] = [
+    ("retardation_time", lambda: strip(retardation_time=None)),
+    ("mass_per_length", lambda: strip(mass_per_length="1 kg")),
+    ("mass_per_length", lambda: strip(mass_per_length=0.0)),
+    ("mass_per_length", lambda: strip(mass_per_length=-1)),
+    ("mass_per_length", lambda: strip(mass_per_length=1e-300)),
+    ("rotary_inertia", lambda: strip(rotary_inertia="1 kg/m")),
+    ("rotary_inertia", lambda: strip(rotary_inertia=math.nan)),
+    ("rotary_inertia", lambda: strip(rotary_inertia=1e300)),
+    ("density", lambda: strip(density="1 kg/m")),
+    ("density", lambda: strip(density=-1.0)),
+    ("density", lambda: strip(density=1.0, mass_per_length=1.0)),
+    ("density", lambda: strip(density=1.0, rotary_inertia=1.0)),
+    ("density", lambda: Specimen(length=1.0, bending_stiffness=1.0, density=1.0)),
+    ("bending_stiffness", lambda: strip(density=1.0, bending_stiffness=1.0)),
     ("length", lambda: strip(length="250")),
     ("length", lambda: strip(length="250 N")),
     ("length", lambda: strip(length="-1 m")),

@@ -158,7 +158,7 @@ class Load:
                 f"must not be negative at any time (a {name} pushes toward the clamp; negative it is tension)",
                 where=name,
                 value=least,
-                next_step="Give the push as a positive number, or ask for tension with allow_tension=True.",
+                next_step="Give the push as a positive number, or set allow_tension to let it pull.",
             )
 
     def check(self, until: float) -> None:
@@ -353,7 +353,7 @@ def _named(name: str, make: Any) -> Any:
 def _angle(given: object, where: str) -> float:
     angle = finite(given, "rad", where)
     if abs(angle) > 2.0 * math.pi * (1.0 + _ROUNDING):
-        next_step = f'An angle in degrees is text: "{angle:g} deg".'
+        next_step = "" if isinstance(given, str) else f'An angle in degrees is text: "{angle:g} deg".'
         raise ArgumentError("must be within a turn, in rad", where=where, value=given, next_step=next_step)
     return angle + 0.0
 
