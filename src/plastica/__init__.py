@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from plastica.physics.ledger import Ledger
     from plastica.physics.load import Load
     from plastica.physics.scales import Specimen
+    from plastica.physics.rod import Rod
     from plastica.physics.strut import Strut
     from plastica.show.film import film
     from plastica.show.plots import plot
@@ -59,6 +60,7 @@ _HOMES = {
     "Specimen": "plastica.physics.scales",
     "Spectrum": "plastica.equilibria.spectrum",
     "Status": "plastica.motion.status",
+    "Rod": "plastica.physics.rod",
     "Strut": "plastica.physics.strut",
     "Thresholds": "plastica.charts.thresholds",
     "Verdict": "plastica.material.admissibility",
@@ -98,6 +100,7 @@ __all__ = [
     "Material",
     "PhaseDiagram",
     "Rest",
+    "Rod",
     "Shape",
     "Solution",
     "Specimen",

@@ -143,16 +143,19 @@ def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
     Limits: a state far from the curve of equilibria, as every run is at its beginning, is "undecided"; integrate
     further and ask again.
     """
-    if not isinstance(strut, Strut):
-        raise ArgumentError("must be a pl.Strut", where="strut", value=strut)
-    if not strut.load.is_constant or {name for name, _ in strut.loads.sources()} - {"thrust"}:
+    if not isinstance(strut, Strut) or strut.segments > 1:
         raise ArgumentError(
-            "must be a constant thrust alone for a limit to be predicted", where="load", value=strut.load
+            "must be a pl.Strut with one natural segment, for which alone limits are known", where="strut", value=strut
+        )
+    pushed = not {name for name, _ in strut.loads.sources()} - {"thrust"} and strut.load.is_constant
+    if not pushed or strut.loads.thrust(0.0) < 0.0:
+        raise ArgumentError(
+            "must be a constant thrust alone, not a tension, for a limit to be predicted", where="load", value=strut.load
         )
     state = np.asarray(mu, dtype=float) * strut.scales.length
     if state.shape != (strut.grid.size,) or not np.isfinite(state).all():
         raise ArgumentError(f"must be {strut.grid.size} finite nodal values", where="mu", value=state.shape)
-    natural = initial_natural_curvature(mu_nat, strut.scales, si=strut.specimen is not None)
+    natural = float(initial_natural_curvature(mu_nat, strut.scales, si=strut.specimen is not None))
     return _State(strut, state, natural).limit()
 
 

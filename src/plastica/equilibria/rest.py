@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import Grid
-from plastica.physics.initial import Curvature, initial_natural_curvature, initial_shape, nodal_values
-from plastica.physics.kernel import LEDGER, kernel
+from plastica.physics.initial import (
+    Curvature,
+    NaturalCurvature,
+    initial_natural_curvature,
+    initial_shape,
+    nodal_values,
+)
+from plastica.physics.kernel import load_moment
 from plastica.physics.ledger import liapunov
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
 
 if TYPE_CHECKING:
     import xarray
@@ -33,11 +40,11 @@ class Rest:
 
     Attributes
     ----------
-    model : Strut
+    model : Strut or Rod
         The rod on the grid that was used.
     mu : ndarray, shape (n,)
         Dimensionless curvature at the nodes.
-    mu_nat : float
+    mu_nat : float, or ndarray of shape (m,) with several segments
         Dimensionless natural curvature.
     converged : bool
         Whether the equations are satisfied to rounding.
@@ -49,9 +56,9 @@ class Rest:
         The same in words.
     """
 
-    model: Strut
+    model: Model
     mu: Array
-    mu_nat: float
+    mu_nat: float | Array
     converged: bool
     residual: float
     unstable: int
@@ -70,14 +77,19 @@ class Rest:
         return float(np.cos(theta) @ w) * length, float(np.sin(theta) @ w) * length
 
     @property
-    def drive(self) -> float:
-        """Driving force on the natural curvature, in the user's units."""
-        return float(self.model.drive(self.mu, self.mu_nat)) * self.model.scales.drive
+    def drive(self) -> float | Array:
+        """Driving force on the natural curvature, in the user's units; with several segments of each, shape (m,)."""
+        return _number(self.model.drive(self.mu, self.mu_nat) * self.model.scales.drive)
 
     @property
-    def threshold(self) -> float:
-        """Threshold of the drive, in the user's units: the whole rod is in equilibrium while the drive is within it."""
-        return float(self.model.threshold(self.mu_nat)) * self.model.scales.drive
+    def threshold(self) -> float | Array:
+        """Threshold of the drive, in the user's units; with several segments of each, shape (m,)."""
+        return _number(self.model.threshold(self.mu_nat) * self.model.scales.drive)
+
+    @property
+    def admissible(self) -> bool:
+        """Whether every drive is within its threshold: the rod, and not only its shape, is then in equilibrium."""
+        return self.converged and bool(np.all(np.abs(self.drive) <= self.threshold))
 
     def at(self, s: ArrayLike) -> Any:
         """Return the curvature at arc lengths s, in the user's units; a scalar gives a scalar."""
@@ -100,13 +112,14 @@ class Rest:
         }
         data = {name: ("s", values, {"long_name": words}) for name, (values, words) in fields.items()}
         attributes = {
-            "natural_curvature": self.mu_nat * scales.curvature,
+            "natural_curvature": _number(np.asarray(self.mu_nat) * scales.curvature),
             "tip_x": self.tip[0],
             "tip_y": self.tip[1],
             "drive": self.drive,
             "threshold": self.threshold,
             "unstable": self.unstable,
             "converged": int(self.converged),
+            "admissible": int(self.admissible),
         }
         return xarray.Dataset(data, coords={"s": grid.s * scales.length}, attrs=attributes)
 
@@ -114,7 +127,11 @@ class Rest:
         return self.sentence
 
 
-def rest(model: Strut, curvature: Curvature = 0.0, natural_curvature: float | str = 0.0) -> Rest:
+def _number(value: Array) -> float | Array:
+    return float(value) if value.ndim == 0 else value
+
+
+def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCurvature = 0.0) -> Rest:
     """Find the static shape that a rod with this natural curvature comes to from this shape.
 
     Solves mu = mu_nat + M(mu), M from the balance of moments, under the dead loads at time 0 and with the natural
@@ -122,12 +139,12 @@ def rest(model: Strut, curvature: Curvature = 0.0, natural_curvature: float | st
 
     Parameters
     ----------
-    model : Strut
-        The rod and its loads, which must be constant. ``Grid(nodes="auto")`` becomes 48 nodes.
+    model : Strut or Rod
+        The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` becomes 48 nodes.
     curvature : number, text in s, function, Shape or nodal values
         Where to start from, as in `solve`: of several static shapes, the one downhill from here.
-    natural_curvature : number, or text with a unit
-        The natural curvature that is held.
+    natural_curvature : number, or text with a unit, or a sequence of these
+        The natural curvature that is held; with several segments one for all of them, or one for each.
 
     Returns
     -------
@@ -144,8 +161,8 @@ def rest(model: Strut, curvature: Curvature = 0.0, natural_curvature: float | st
     The steps are those of the implicit Euler method with a step that grows as fast as the energy and the growth rates
     allow: at first they follow the flow downhill, at the end they are Newton's.
     """
-    if not isinstance(model, Strut):
-        raise ArgumentError("must be a pl.Strut", where="model", value=model)
+    if not isinstance(model, Model):
+        raise ArgumentError("must be a pl.Strut or a pl.Rod", where="model", value=model)
     if not model.load.is_constant:
         raise ArgumentError("must be constant for a static shape", where="load", value=model.load)
     if model.grid.nodes == "auto":
@@ -153,53 +170,56 @@ def rest(model: Strut, curvature: Curvature = 0.0, natural_curvature: float | st
     si = model.specimen is not None
     shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
     strut = model if grid is model.grid else model.with_grid(grid)
-    mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si)
+    mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si, segments=model.segments)
     return settle(strut, nodal_values(shape, grid), mu_nat)
 
 
-def settle(strut: Strut, mu: Array, mu_nat: float) -> Rest:
+def settle(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
     """Find the static shape downhill from a dimensionless state; see `rest`."""
-    n = strut.grid.size
-    kern = kernel(strut, 0.0, 1.0)
-    y = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
-    identity = np.eye(n)
+    imbalance, stiffness = _statics(model, mu_nat)
+    identity = np.eye(model.grid.size)
     step = 1.0
-    residual, energy = kern.rate(0.0, y)[:n], float(liapunov(strut, 0.0, y[:n], mu_nat))
+    residual, energy = imbalance(mu), float(liapunov(model, 0.0, mu, mu_nat))
     for _ in range(MOST_STEPS):
-        scale = max(1.0, float(np.abs(y[:n]).max()))
+        scale = max(1.0, float(np.abs(mu).max()))
         if np.abs(residual).max() <= CONVERGED * scale or step < 1e-12:
             break
-        jacobian = kern.jacobian(0.0, y)[:n, :n]
-        fastest = float(_symmetric_spectrum(jacobian, strut)[-1])
+        jacobian = stiffness(mu)
+        fastest = float(_symmetric_spectrum(jacobian, model)[-1])
         if fastest > 0.0:
             # Beyond 1/rate an implicit step throws what grows to the other side: to another shape than the nearest.
             step = min(step, 0.5 / fastest)
-        tried = y.copy()
-        tried[:n] += np.linalg.solve(identity / step - jacobian, residual)
-        new_residual = kern.rate(0.0, tried)[:n]
-        new_energy = float(liapunov(strut, 0.0, tried[:n], mu_nat))
+        tried = mu + np.linalg.solve(identity / step - jacobian, residual)
+        new_residual = imbalance(tried)
+        new_energy = float(liapunov(model, 0.0, tried, mu_nat))
         downhill = new_energy <= energy + 1e-14 * max(1.0, abs(energy))
         if downhill and np.isfinite(new_residual).all():
             stalled = step > 1e12 and np.abs(new_residual).max() >= np.abs(residual).max()
-            y, residual, energy, step = tried, new_residual, new_energy, min(4.0 * step, 1e15)
+            mu, residual, energy, step = tried, new_residual, new_energy, min(4.0 * step, 1e15)
             if stalled:
                 break
         else:
             step *= 0.125
-    return _finished(strut, y[:n], mu_nat, float(np.abs(residual).max()))
+    return _finished(model, mu, mu_nat, float(np.abs(residual).max()))
 
 
-def _symmetric_spectrum(jacobian: Array, strut: Strut) -> Array:
+def _statics(model: Model, mu_nat: float | Array) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """Functions of mu: the imbalance of moments M - (mu - mu_nat), and its derivative."""
+    moment, slope = load_moment(model, 0.0, 1.0)
+    A, natural = model.grid.A, model.division.spread(mu_nat)
+    identity = np.eye(model.grid.size)
+    return lambda mu: moment(0.0, A @ mu) - mu + natural, lambda mu: slope(0.0, A @ mu) @ A - identity
+
+
+def _symmetric_spectrum(jacobian: Array, model: Model) -> Array:
     """Growth rates at frozen natural curvature, ascending: the Jacobian is symmetric in the weighted inner product."""
-    root = np.sqrt(strut.grid.w)
+    root = np.sqrt(model.grid.w)
     scaled = root[:, None] * jacobian / root
     return np.asarray(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
 
 
-def _finished(strut: Strut, mu: Array, mu_nat: float, residual: float) -> Rest:
-    n = strut.grid.size
-    y = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
-    unstable = int((_symmetric_spectrum(kernel(strut, 0.0, 1.0).jacobian(0.0, y)[:n, :n], strut) > 0.0).sum())
+def _finished(model: Model, mu: Array, mu_nat: float | Array, residual: float) -> Rest:
+    unstable = int((_symmetric_spectrum(_statics(model, mu_nat)[1](mu), model) > 0.0).sum())
     converged = residual <= 100.0 * CONVERGED * max(1.0, float(np.abs(mu).max()))
     if not converged:
         sentence = f"No static shape found: {residual:.1e} of the balance of moments is left."
@@ -207,4 +227,4 @@ def _finished(strut: Strut, mu: Array, mu_nat: float, residual: float) -> Rest:
         sentence = f"At rest, but unstable in {unstable} direction{'s' if unstable > 1 else ''}."
     else:
         sentence = "At rest, and stable as long as the natural curvature is held."
-    return Rest(strut, mu, mu_nat, converged, residual, unstable, sentence)
+    return Rest(model, mu, mu_nat, converged, residual, unstable, sentence)

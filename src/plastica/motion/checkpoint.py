@@ -142,7 +142,7 @@ class Checkpoint:
     def _leg(archive: Any, i: int) -> Leg:
         ending, moving, moving_next, message, rates, jacobians = json.loads(str(archive[f"leg{i}"]))
         history = History(archive[f"t{i}"], archive[f"y{i}"], archive[f"first{i}"])
-        return Leg(history, cast(Ending, ending), moving, moving_next, message, rates, jacobians)
+        return Leg(history, cast(Ending, ending), tuple(moving), tuple(moving_next), message, rates, jacobians)
 
 
 def _seconds(every: object) -> float:

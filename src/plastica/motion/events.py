@@ -54,22 +54,24 @@ def _yielding(solution: Solution) -> list[Event]:
     history = solution.history
     starts, moving = solution.legs
     out = []
-    if moving[0]:
-        out.append(_switch(solution, starts[0], onset=True, sentence="yields from the start"))
     ends = np.append(starts[1:], history.end)
-    for before, after, t in zip(moving[:-1], moving[1:], ends, strict=True):
-        if before != after:
-            out.append(_switch(solution, t, onset=bool(after), sentence=""))
+    for segment, flags in enumerate(moving.reshape(starts.size + 1, -1).T):
+        if flags[0]:
+            out.append(_switch(solution, starts[0], segment, onset=True, sentence="yields from the start"))
+        for before, after, t in zip(flags[:-1], flags[1:], ends, strict=True):
+            if before != after:
+                out.append(_switch(solution, t, segment, onset=bool(after), sentence=""))
     return out
 
 
-def _switch(solution: Solution, t: float, *, onset: bool, sentence: str) -> Event:
-    strut = solution.model
-    n = strut.grid.size
+def _switch(solution: Solution, t: float, segment: int, *, onset: bool, sentence: str) -> Event:
+    strut, layout = solution.model, solution.model.layout
     state = solution.history([t])[0]
-    drive = float(strut.drive(state[:n], state[n]))
+    drive = np.atleast_1d(strut.drive(layout.mu(state), layout.natural(state)))[segment]
     side = 1 if drive > 0.0 else -1
     words = sentence or ("starts to yield" if onset else "stops yielding")
+    if strut.segments > 1:
+        words = f"segment {segment + 1} {words}"
     toward = "positive" if side > 0 else "negative"
     return Event(float(t) * strut.scales.time, "onset" if onset else "arrest", side, f"{words}, drive {toward}")
 

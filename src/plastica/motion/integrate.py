@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from plastica.motion.history import History, chebyshev_points
 from plastica.physics.kernel import Kernel, kernel
-from plastica.physics.strut import Strut
+from plastica.physics.layout import Layout
+from plastica.physics.model import Model
 
 __all__ = ["METHODS", "Ending", "Leg", "Options", "Stop", "Stretch", "integrate"]
 
@@ -63,9 +64,9 @@ class Leg:
     ending : str
         "landed" on the end asked for, "switched" between yielding and frozen, "full" (the steps of a leg are used up),
         "at_rest" or "too_coarse" (by the stop criterion), "solver_failed", "not_finite".
-    moving : bool
-        Whether the natural curvature moves at the start of the leg.
-    moving_next : bool
+    moving : tuple of bool
+        Whether the natural curvature of each segment moves at the start of the leg.
+    moving_next : tuple of bool
         Whether it moves at the start of what follows.
     message : str
         The solver's own words where it failed.
@@ -75,20 +76,20 @@ class Leg:
 
     history: History
     ending: Ending
-    moving: bool
-    moving_next: bool
+    moving: tuple[bool, ...]
+    moving_next: tuple[bool, ...]
     message: str
     rates: int
     jacobians: int
 
 
 def integrate(
-    strut: Strut,
+    model: Model,
     y: Array,
     stretches: Sequence[Stretch],
     options: Options,
     *,
-    moving: bool | None = None,
+    moving: tuple[bool, ...] | None = None,
     taken: int = 0,
     stop: Stop | None = None,
 ) -> Iterator[Leg]:
@@ -96,16 +97,16 @@ def integrate(
 
     Parameters
     ----------
-    strut : Strut
+    model : Model
         The model, on a grid with a number of nodes.
-    y : ndarray, shape (n + 4,)
-        State at the start of the first stretch, as in `physics.kernel`.
+    y : ndarray, shape (size,)
+        State at the start of the first stretch, as in `physics.layout`.
     stretches : sequence of Stretch
         Stretches that follow each other, within which no load jumps.
     options : Options
         Method and tolerances.
-    moving : bool, optional
-        Whether the natural curvature moves at the start; None looks at the state. A run taken up again passes the
+    moving : tuple of bool, optional
+        Whether the natural curvature of each segment moves at the start; None looks at the state. A run taken up again passes the
         former leg's `moving_next`.
     taken : int
         Steps taken before; the run ends where they reach `options.most_steps`.
@@ -118,10 +119,10 @@ def integrate(
         The last one tells by its `ending` how it all ended.
     """
     for stretch in stretches:
-        kern = kernel(strut, stretch.start, stretch.end)
+        kern = kernel(model, stretch.start, stretch.end)
         t, end = stretch.start, stretch.end
         if moving is None:
-            moving = kern.excess(y)[1] > 0.0
+            moving = kern.yields(y)
         while t < end:
             ending = None if stop is None else stop(t, y, kern)
             if ending is not None:
@@ -129,7 +130,8 @@ def integrate(
                 return
             if taken >= options.most_steps:
                 return
-            leg = _leg(kern, t, y, stretch, options, moving, options.most_steps - taken, stop)
+            record = _Recorder(t, y, options.method, model.layout, moving)
+            leg = _leg(kern, record, stretch, options, options.most_steps - taken, stop)
             yield leg
             taken += leg.history.steps
             t, y, moving = leg.history.end, leg.history.y[-1], leg.moving_next
@@ -150,10 +152,16 @@ def _solver(kern: Kernel, t: float, y: Array, stretch: Stretch, options: Options
 class _Recorder:
     """Collects the accepted steps of one leg, and turns their dense outputs into a history at its end."""
 
-    def __init__(self, t: float, y: Array, method: str) -> None:
-        self.method, self.t, self.y = method, t, y
+    def __init__(self, t: float, y: Array, method: str, layout: Layout, moving: tuple[bool, ...]) -> None:
+        self.method, self.t, self.y, self.layout, self.moving = method, t, y, layout, moving
         self.steps: list[tuple[Any, float, float, Array]] = []
-        self.cut_frozen = False
+
+    @property
+    def frozen(self) -> list[int]:
+        """Columns that do not change on the leg: natural curvatures that do not move, and what only they dissipate."""
+        first = self.layout.natural_columns.start
+        columns = [first + j for j, moves in enumerate(self.moving) if not moves]
+        return columns if any(self.moving) else [*columns, self.layout.ledger_columns.stop - 1]
 
     def add(self, dense: Any, lower: float, upper: float, last: Array) -> None:
         self.steps.append((dense, lower, upper, last))
@@ -174,10 +182,10 @@ class _Recorder:
             y[nodes] = self._states([self.steps[k][0] for k in chosen], times)
         y[first[1:] - 1] = [step[3] for step in self.steps]
         y[0] = self.y
-        if self.cut_frozen:
-            # The step that met the onset already holds some of what follows it: what was frozen keeps its bits.
-            frozen = [self.y.size - 4, self.y.size - 1]
-            y[first[-2] :, frozen] = self.y[frozen]
+        # The step that meets an onset already holds some of what follows it, and beside segments that move a solver's
+        # linear algebra may round: what is frozen keeps its bits.
+        frozen = self.frozen
+        y[:, frozen] = self.y[frozen]
         return History(t, y, first)
 
     def _degree(self, dense: Any) -> int:
@@ -200,15 +208,14 @@ class _Recorder:
 
 
 def _leg(
-    kern: Kernel, t: float, y: Array, stretch: Stretch, options: Options, moving: bool, allowed: int, stop: Stop | None
+    kern: Kernel, record: _Recorder, stretch: Stretch, options: Options, allowed: int, stop: Stop | None
 ) -> Leg:
-    started_moving = moving
-    record = _Recorder(t, y, options.method)
+    moving = record.moving
     ending: Ending = "full"
     message = ""
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
         warnings.simplefilter("always")
-        solver = _solver(kern, t, y, stretch, options)
+        solver = _solver(kern, record.t, record.y, stretch, options)
         while len(record.steps) < min(options.leg_steps, allowed):
             message = solver.step() or ""
             if solver.status == "failed":
@@ -218,21 +225,20 @@ def _leg(
             if upper == lower:
                 ending, message = "solver_failed", "its step became too small to change the time"
                 break
-            excess = kern.excess(last)[1]
-            # All weights are positive: the mean, and with it the drive, is finite only where every curvature is.
-            if not math.isfinite(excess):
+            excess = kern.excess(last)
+            if not _finite(last, excess):
                 ending = "not_finite"
                 break
             dense = solver.dense_output()
-            if (excess > 0.0) != moving:
-                switch = _switch(kern, dense, lower, upper, moving)
-                moving = not moving
-                if switch > t:
+            changed = [j for j, each in enumerate(excess) if (each > 0.0) != moving[j]]
+            if changed:
+                switch, moving = _first_switch(kern, dense, lower, upper, moving, changed)
+                if switch > record.t:
                     if switch > lower:
                         record.add(dense, lower, switch, dense(switch))
-                    record.cut_frozen = moving
                     ending = "switched"
                     break
+                record.moving = moving
             record.add(dense, lower, upper, last)
             stopped = None if stop is None else stop(upper, last, kern)
             if stopped is not None:
@@ -243,15 +249,33 @@ def _leg(
                 break
     if ending == "solver_failed" and caught:
         message = f"{message} {caught[-1].message}".strip()
-    return Leg(record.history(), ending, started_moving, moving, message, int(solver.nfev), int(solver.njev))
+    return Leg(record.history(), ending, record.moving, moving, message, int(solver.nfev), int(solver.njev))
 
 
-def _switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: bool) -> float:
-    """Time at which the drive passes its threshold, on the frozen side; `lower` where it already had."""
+def _finite(state: Array, excess: Sequence[float]) -> bool:
+    # All weights are positive: the means, and with them the drives, are finite only where every curvature is.
+    if not all(math.isfinite(each) for each in excess):
+        return False
+    return math.isfinite(float(state.sum()))
+
+
+def _first_switch(
+    kern: Kernel, dense: Any, lower: float, upper: float, moving: tuple[bool, ...], changed: Sequence[int]
+) -> tuple[float, tuple[bool, ...]]:
+    """Time of the first of the switches that a step has passed, and what moves after it."""
+    times = {j: _switch(kern, dense, lower, upper, moving[j], j) for j in changed}
+    first = min(times.values())
+    # Segments that switch together, such as those of a straight rod let go, do so in one leg.
+    together = {j for j, t in times.items() if t - first <= 4.0 * np.spacing(first)}
+    return first, tuple(moves != (j in together) for j, moves in enumerate(moving))
+
+
+def _switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: bool, segment: int) -> float:
+    """Time at which a drive passes its threshold, on the frozen side; `lower` where it already had."""
     from scipy.optimize import brentq
 
     def excess(t: float) -> float:
-        return kern.excess(dense(t))[1]
+        return kern.excess(dense(t))[segment]
 
     if (excess(lower) > 0.0) != moving:
         return lower

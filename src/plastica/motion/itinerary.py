@@ -8,17 +8,17 @@ import numpy as np
 
 from plastica.motion.integrate import Stretch
 from plastica.physics.program import Program
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
 
 __all__ = ["itinerary", "landing_points"]
 
 
-def itinerary(strut: Strut, start: float, end: float) -> tuple[Stretch, ...]:
+def itinerary(strut: Model, start: float, end: float) -> tuple[Stretch, ...]:
     """Return the stretches of [start, end] between landing points, each with the longest step that overlooks nothing.
 
     Parameters
     ----------
-    strut : Strut
+    strut : Strut or Rod
         The rod and its loads.
     start, end : float
         Dimensionless times.
@@ -33,7 +33,7 @@ def itinerary(strut: Strut, start: float, end: float) -> tuple[Stretch, ...]:
     return tuple(Stretch(a, b, step) for (a, b), step in zip(pairwise(points), longest, strict=True))
 
 
-def landing_points(strut: Strut, end: float) -> tuple[float, ...]:
+def landing_points(strut: Model, end: float) -> tuple[float, ...]:
     """Return the times at which a leg must end: every jump of a load, slope knots that matter, ends of bursts.
 
     A change of slope matters where what it makes of its load within one retardation time, or before the next knot if

@@ -14,7 +14,7 @@ from plastica.files import as_path
 from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.integrate import Leg
 from plastica.motion.plan import Plan, Problem
-from plastica.motion.store import strut_to_dict
+from plastica.motion.store import model_to_dict
 from plastica.physics.amounts import plain
 
 __all__ = ["Keeping", "keeping_in"]
@@ -47,7 +47,7 @@ class Keeping:
             Where the folder cannot be made, or holds the checkpoint of another run.
         """
         described = {
-            "model": strut_to_dict(problem.strut),
+            "model": model_to_dict(problem.strut),
             "plan": [plan.t0, plan.end, plan.settle, plan.rtol, plan.method, plan.max_steps],
             "versions": [__version__, np.__version__, scipy.__version__],
         }

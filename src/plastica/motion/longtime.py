@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.equilibria.limits import Limit, predict_limit
+from plastica.equilibria.unloaded import left_without_load
 from plastica.errors import ArgumentError
 from plastica.motion.solve import solve
 from plastica.numerics.grid import Grid
@@ -18,7 +19,7 @@ from plastica.physics.strut import Strut
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["limit_of", "limit_without_load", "omega_limit", "time_one_map"]
+__all__ = ["limit_of", "natural_without_load", "omega_limit", "time_one_map"]
 
 Array = NDArray[np.float64]
 
@@ -27,11 +28,14 @@ FIRST_LOOK, LAST_LOOK = 20.0, 1e7
 
 
 def limit_of(solution: Solution) -> Limit | None:
-    """Predict where a finished motion ends; None where the loads go on varying, or are more than a thrust.
+    """Predict where a finished motion ends; None where no theory says so.
 
+    That is with inertia, with several natural segments, and where the loads go on varying or are others than a thrust.
     Once the loads have settled the theory of the constant thrust applies to what follows.
     """
     strut, end = solution.model, solution.history.end
+    if not isinstance(strut, Strut) or strut.segments > 1 or strut.loads.thrust(end) < 0.0:
+        return None
     settled = strut.loads.settled
     if settled is None or settled > end or {name for name, _ in strut.loads.sources()} - {"thrust"}:
         return None
@@ -41,8 +45,12 @@ def limit_of(solution: Solution) -> Limit | None:
     return predict_limit(strut, y[:n] * strut.scales.curvature, float(y[n]) * strut.scales.curvature)
 
 
-def limit_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Limit | None:
-    """Follow a finished motion without its loads, from its last state on, until the limit can be told.
+def natural_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Array:
+    """Return the natural curvature that a finished motion leaves once the rod has been let go and has come to rest.
+
+    A strut's motion is followed without its loads, for on the way back it may yield again: with one segment until the
+    limit can be told, with several, which then no longer know of each other, until each has relaxed onto its natural
+    shape. A rod with inertia is taken to be let go so slowly that it does not swing.
 
     Parameters
     ----------
@@ -53,18 +61,28 @@ def limit_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Lim
 
     Returns
     -------
-    Limit or None
-        None where the integration failed.
+    ndarray, shape () or (m,)
+        Dimensionless; the present natural curvature where it cannot be told.
     """
     strut, end = solution.model, solution.history.end
-    if all(program(end) == 0.0 for _, program in strut.loads.items()) and solution.limit is not None:
-        known = solution.limit
-        if known.kind != "undecided":
-            return known
-    until = (end + FIRST_LOOK) * strut.scales.time
-    sol = solve(strut.with_load(Load()), start=solution, until=until, rtol=max(1e-8, solution.rtol))
-    limit, sol = _waited(sol, end, longest)
-    return limit if sol.status.ok else None
+    now = np.array(strut.layout.natural(solution.history.y[-1]))
+    if not solution.status.ok:
+        return now
+    if not isinstance(strut, Strut):
+        return left_without_load(strut.laws, now)
+    known = solution.limit if all(program(end) == 0.0 for _, program in strut.loads.items()) else None
+    if known is None or known.kind == "undecided":
+        until = (end + FIRST_LOOK) * strut.scales.time
+        sol = solve(strut.with_load(Load()), start=solution, until=until, rtol=max(1e-8, solution.rtol))
+        if strut.segments > 1:
+            return left_without_load(strut.laws, strut.layout.natural(sol.history.y[-1])) if sol.status.ok else now
+        known, sol = _waited(sol, end, longest)
+        known = known if sol.status.ok else None
+    if known is None or known.equilibrium is None:
+        return now
+    # An interior limit is a natural curvature that never moves again: its bits are those of the last state.
+    moves = known.kind == "limiting" or abs(known.equilibrium.mu_nat - float(now)) > 1e-9
+    return np.array(known.equilibrium.mu_nat) if moves else now
 
 
 def _waited(sol: Solution, since: float, longest: float) -> tuple[Limit | None, Solution]:

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plastica._version import __version__
-from plastica.motion.dataset import natural_centre_line
+from plastica.motion.dataset import natural_shape
 from plastica.physics.bounds import Bounds
+from plastica.physics.ledger import rates
+from plastica.physics.model import Model
 from plastica.units import format_quantity
 
 if TYPE_CHECKING:
@@ -62,14 +64,15 @@ class Outcome:
     distance : str
         How far the last state is from where it will end, and where that is as far as it can be told.
     set_curvature : float
-        Change of the natural curvature from the very first start to when the rod, let go, has come to rest; in the
-        user's units.
+        Change of the natural curvature, with several segments of its mean along the rod, from the very first start to
+        when the rod, let go, has come to rest; in the user's units.
     set_deflection : float
         What that moves the free end's place of rest across the clamp's tangent, in the user's units.
     excess : float
-        |drive| - threshold at the end, in the user's units; positive while the rod yields.
+        |drive| - threshold at the end, the largest of all segments, in the user's units; positive while the rod yields.
     curvature_rate, natural_rate : float
-        Norm of the rate of curvature and rate of the natural curvature at the end, in units of 1/(L T).
+        Norm of the rate of curvature and rate of the natural curvature (of the fastest segment) at the end, in units of
+        1/(L T).
     """
 
     shape: str
@@ -92,22 +95,23 @@ def outcome(solution: Solution) -> Outcome:
     What is kept is found by letting the rod go: where loads act at the end, the motion is followed without them until
     its limit can be told, for on the way back a rod may yield again.
     """
-    strut, scales = solution.model, solution.model.scales
-    n, w = strut.grid.size, strut.grid.w
+    from plastica.motion.longtime import natural_without_load
+
+    strut, scales, layout = solution.model, solution.model.scales, solution.model.layout
     last, end = solution.history.y[-1], solution.history.end
-    mu, mu_nat = last[:n], float(last[n])
-    began, left = solution.first_natural, _left_without_load(solution)
-    mu_t, natural_rate = strut.rate(end, mu, mu_nat)
-    excess = float(np.abs(strut.drive(mu, mu_nat)) - strut.threshold(mu_nat))
-    kept = bool(np.any(solution.history.y[:, n] != began)) or left != began
+    mu, mu_nat = layout.mu(last), layout.natural(last)
+    began, left = solution.first_natural, natural_without_load(solution)
+    mu_t, natural_rate = rates(strut, end, mu, mu_nat, layout.mu_t(last))
+    excess = float((np.abs(strut.drive(mu, mu_nat)) - strut.threshold(mu_nat)).max())
+    kept = bool(np.any(layout.natural(solution.history.y) != began) or np.any(left != began))
     memory = "permanent set" if kept else "springs back"
     released = all(program(end) == 0.0 for _, program in strut.loads.items())
     numbers = {
-        "set_curvature": (left - began) * scales.curvature,
-        "set_deflection": (_rise(left) - _rise(began)) * scales.length,
+        "set_curvature": float(strut.division.total(left - began)) * scales.curvature,
+        "set_deflection": (_rise(strut, left) - _rise(strut, began)) * scales.length,
         "excess": excess * scales.drive,
-        "curvature_rate": float(np.sqrt(w @ mu_t**2)),
-        "natural_rate": float(natural_rate),
+        "curvature_rate": float(np.sqrt(strut.grid.w @ mu_t**2)),
+        "natural_rate": float(np.ravel(natural_rate)[np.abs(natural_rate).argmax()]),
     }
     shape = _shape(solution)
     headline = _headline(solution, shape, memory, released)
@@ -123,33 +127,20 @@ def outcome(solution: Solution) -> Outcome:
     )
 
 
-def _left_without_load(solution: Solution) -> float:
-    """Natural curvature once the rod has been let go; the present one where that cannot be told."""
-    from plastica.motion.longtime import limit_without_load
-
-    limit = limit_without_load(solution) if solution.status.ok else None
-    now = float(solution.history.y[-1, solution.model.grid.size])
-    if limit is None or limit.equilibrium is None:
-        return now
-    # An interior limit is a natural curvature that never moves again: its bits are those of the last state.
-    return limit.equilibrium.mu_nat if limit.kind == "limiting" or abs(limit.equilibrium.mu_nat - now) > 1e-9 else now
-
-
-def _rise(mu_nat: float) -> float:
-    """How far off the clamp's axis the free end of the natural arc is, in L."""
-    return float(natural_centre_line(np.array(mu_nat), np.array(1.0))[1])
+def _rise(model: Model, mu_nat: np.ndarray) -> float:
+    """How far off the clamp's axis the free end of the natural configuration is, in L."""
+    return float(natural_shape(model, np.asarray(mu_nat), np.array([1.0]))[1].item())
 
 
 def _shape(solution: Solution) -> str:
     strut = solution.model
-    n = strut.grid.size
     first, last = solution.history.y[0], solution.history.y[-1]
     angle = _largest_angle(solution, last)
     if angle <= STRAIGHT:
         return "straight"
     loads, end = strut.loads, solution.history.end
     thrust_alone = not {"transverse", "couple"} & dict(loads.sources()).keys() and loads.thrust(end) > 0.0
-    began = max(_largest_angle(solution, first), abs(float(first[n])))
+    began = max(_largest_angle(solution, first), float(np.abs(strut.layout.natural(first)).max()))
     return "buckled" if thrust_alone and angle > BENT and angle > 2.0 * began else "bent"
 
 
@@ -162,7 +153,7 @@ def _largest_angle(solution: Solution, state: np.ndarray) -> float:
 def _headline(solution: Solution, shape: str, memory: str, released: bool) -> str:
     kept = memory == "permanent set"
     if released and not kept:
-        mu = solution.history.y[:, : solution.model.grid.size]
+        mu = solution.model.layout.mu(solution.history.y)
         return "Springs back" if float(np.ptp(mu, axis=0).max()) > ARRIVED else "Stays at rest"
     if released:
         return "Takes a permanent set"
@@ -180,9 +171,11 @@ def _show(solution: Solution, value: float, kind: str, unit: str, dimensionless:
     return format_quantity(value, unit)
 
 
-def _sentence(solution: Solution, headline: str, memory: str, left: float) -> str:
+def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) -> str:
     strut, began = solution.model, solution.first_natural
-    n, last = strut.grid.size, solution.history.y[-1]
+    last = solution.history.y[-1]
+
+    off = _rise(strut, left) - _rise(strut, began)
 
     def curvature(value: float) -> str:
         return _show(solution, value, "curvature", "1/m", "/L")
@@ -190,29 +183,30 @@ def _sentence(solution: Solution, headline: str, memory: str, left: float) -> st
     def length(value: float) -> str:
         return _show(solution, value, "length", "m", "L")
 
-    now = _show(solution, solution.history.end, "time", "s", "retardation times")
-    tip = length(float(np.sin(strut.angle(last[:n])) @ strut.grid.w))
+    now = _show(solution, solution.history.end, "time", "s", strut.time_unit)
+    tip = length(float(np.sin(strut.angle(strut.layout.mu(last))) @ strut.grid.w))
     where = f"After {now} the free end is {tip} off the clamp's axis"
     if memory == "springs back":
         return (
             f"{headline}. {where}; the natural curvature has not moved at all, so without load the rod returns to its "
             "first natural shape."
         )
-    natural = float(last[n])
-    moved = f"the natural curvature has moved from {curvature(began)} to {curvature(natural)}"
-    if abs(left - natural) > 1e-4 * max(1.0, abs(left)):
+    values = np.atleast_1d(began), np.atleast_1d(strut.layout.natural(last)), np.atleast_1d(left)
+    farthest = int(np.abs(values[2] - values[0]).argmax())
+    first, natural, end = (float(each[farthest]) for each in values)
+    which = f" of segment {farthest + 1}, which moves most," if strut.segments > 1 else ""
+    moved = f"the natural curvature{which} has moved from {curvature(first)} to {curvature(natural)}"
+    if abs(end - natural) > 1e-4 * max(1.0, abs(end)):
         going = "creeps on" if all(load(solution.history.end) == 0.0 for _, load in strut.loads.items()) else "would go"
-        moved += f" and {going} to {curvature(left)} without load"
-    off = length(_rise(left) - _rise(began))
+        moved += f" and {going} to {curvature(end)} without load"
     return (
-        f"{headline}. {where}; {moved}. Without load the free end comes to rest {off} away from where it did at first."
+        f"{headline}. {where}; {moved}. Without load the free end comes to rest {length(off)} away from where it did at first."
     )
 
 
 def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> str:
     strut = solution.model
-    n = strut.grid.size
-    threshold = float(strut.threshold(float(solution.history.y[-1][n])))
+    threshold = float(strut.threshold(strut.layout.natural(solution.history.y[-1])).min())
     speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
     rates = "Nothing moves any more that double precision could show."
     if max(speed, natural) > STILL:
@@ -264,6 +258,8 @@ def provenance(solution: Solution) -> dict[str, str | int | float]:
 
 
 def _bounds_in_words(bound: Bounds, met: float) -> str:
+    if np.isfinite(bound.norm) and not np.isfinite(bound.growth):
+        return f"|mu| + |mu_nat| <= {bound.norm:.4g} a priori, {met:.4g} met"
     if not np.isfinite(bound.norm):
         return f"no a-priori bound (an end couple, or a preference energy that stays low); met: {met:.4g}"
     return (
@@ -280,10 +276,9 @@ def _without_the_limit(solution: Solution) -> str:
 
 def introduction(solution: Solution) -> str:
     """Return a summary of a solution on a few lines."""
-    counts, grid = solution.counts, solution.model.grid
-    bound = solution.bounds
-    n = grid.size
-    met = float(np.sqrt(solution.history.y[:, :n] ** 2 @ grid.w).max() + np.abs(solution.history.y[:, n]).max())
+    counts, grid, layout = solution.counts, solution.model.grid, solution.model.layout
+    bound, states = solution.bounds, solution.history.y
+    met = float(np.sqrt(layout.mu(states) ** 2 @ grid.w).max() + np.abs(layout.natural(states)).max())
     elements = "1 element" if grid.elements == 1 else f"{grid.elements} elements"
     lines = [
         f"status    {_without_the_limit(solution)}",

@@ -11,15 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.integrate import METHODS, Ending, Stop
+from plastica.numerics.grid import Grid
 from plastica.physics.amounts import plain
 from plastica.physics.initial import (
     Curvature,
+    NaturalCurvature,
+    Shape,
     initial_natural_curvature,
     initial_shape,
     nodal_values,
 )
-from plastica.physics.kernel import LEDGER, Kernel
-from plastica.physics.strut import Strut
+from plastica.physics.kernel import Kernel
+from plastica.physics.model import Model
+from plastica.physics.rod import Rod
 from plastica.units import quantity
 
 if TYPE_CHECKING:
@@ -66,12 +70,12 @@ class Plan:
 class Problem:
     """A model on a definite grid with its first state."""
 
-    strut: Strut
+    strut: Model
     y0: Array
     atol: Array
     words: str
     notes: tuple[str, ...]
-    first_natural: float
+    first_natural: Array
 
 
 def check_rtol(rtol: object) -> None:
@@ -95,7 +99,7 @@ def check_max_steps(max_steps: object) -> None:
 
 
 def make_plan(
-    model: Strut,
+    model: Model,
     until: Until,
     rtol: float,
     method: str,
@@ -120,11 +124,16 @@ def make_plan(
     end = _settling_end(model, t0) if settle else _end(until, model, t0)
     if not model.load.is_constant:
         model.load.check(end * model.scales.time)
-    chosen = "LSODA" if method == "auto" else method
+    chosen = _method(model) if method == "auto" else method
     return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), int(max_steps))
 
 
-def _end(until: Until, model: Strut, t0: float) -> float:
+def _method(model: Model) -> str:
+    """The fastest method at equal error, as measured; without damping LSODA's BDF is unstable on the highest modes."""
+    return "Radau" if model.damping == 0.0 else "LSODA"
+
+
+def _end(until: Until, model: Model, t0: float) -> float:
     scale = model.scales.time
     if isinstance(until, str):
         if model.specimen is None:
@@ -144,7 +153,7 @@ def _end(until: Until, model: Strut, t0: float) -> float:
     return end
 
 
-def _settling_end(model: Strut, t0: float) -> float:
+def _settling_end(model: Model, t0: float) -> float:
     settled = model.loads.settled
     if settled is None:
         raise ArgumentError(
@@ -152,10 +161,16 @@ def _settling_end(model: Strut, t0: float) -> float:
             where="until",
             next_step="Give a time, or a load that ends in a constant.",
         )
+    if model.damping == 0.0:
+        raise ArgumentError(
+            'can be "equilibrium" only where there is damping: a purely elastic rod swings for ever',
+            where="until",
+            next_step="Give a time, or a damping.",
+        )
     return max(t0, settled) + LONGEST_WAIT
 
 
-def _times(times: ArrayLike | None, model: Strut, t0: float, end: float) -> Array | None:
+def _times(times: ArrayLike | None, model: Model, t0: float, end: float) -> Array | None:
     if times is None:
         return None
     try:
@@ -177,12 +192,13 @@ def _times(times: ArrayLike | None, model: Strut, t0: float, end: float) -> Arra
 
 
 def make_problem(
-    model: Strut,
+    model: Model,
     plan: Plan,
     curvature: Curvature,
-    natural_curvature: float | str,
+    natural_curvature: NaturalCurvature,
     atol: float | None,
     start: Solution | None,
+    curvature_rate: Curvature = 0.0,
 ) -> Problem:
     """Bring the first state onto the model's grid, and set the tolerances.
 
@@ -194,45 +210,83 @@ def make_problem(
     si = model.specimen is not None
     if start is None:
         shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
+        speed, grid = _initial_rate(curvature_rate, model, grid)
         strut = model if grid is model.grid else model.with_grid(grid)
         mu, words = nodal_values(shape, grid), shape.words
-        mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si)
-        first = mu_nat
+        mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si, segments=model.segments)
+        y0 = strut.layout.pack(mu, mu_nat, None if speed is None else nodal_values(speed, grid, "curvature_rate"))
+        first = np.array(mu_nat)
     else:
-        if not all(isinstance(plain(given), float) and given == 0.0 for given in (curvature, natural_curvature)):
+        if not all(
+            isinstance(plain(given), float) and given == 0.0 for given in (curvature, natural_curvature, curvature_rate)
+        ):
             raise ArgumentError(
                 "must not be given together with `start`, whose last state is gone on from", where="curvature"
             )
-        strut, mu, mu_nat, words = _taken_up(model, start)
-        first = start.first_natural
+        strut, y0 = _taken_up(model, start)
+        words, first = "the last state of a former run", start.first_natural
     added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
     notes: tuple[str, ...] = ()
     if added:
         notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
     across = (program for name, program in strut.loads.sources() if name in ("transverse", "couple"))
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
-    amplitude = max(float(np.abs(mu).max()), abs(mu_nat), loads)
-    y0 = np.concatenate([mu, [mu_nat], np.zeros(LEDGER)])
+    amplitude = max(float(np.abs(y0[: strut.layout.natural_columns.stop]).max()), loads, _swing(strut, y0))
     return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first)
 
 
-def _taken_up(model: Strut, start: Solution) -> tuple[Strut, Array, float, str]:
-    """State of a former solution, in the lengths of `model` and on a grid that holds its elements too."""
+def _initial_rate(given: Curvature, model: Model, grid: Grid) -> tuple[Shape | None, Grid]:
+    """Read the initial rate of curvature; None where it is 0, and an error where the model has no inertia."""
+    if isinstance(plain(given), float) and given == 0.0:
+        return None, grid
+    if not model.has_inertia:
+        raise ArgumentError(
+            "must be 0 without inertia: the rate of curvature then follows from the curvature",
+            where="curvature_rate",
+            value=given,
+            next_step="Leave it out, or take a pl.Rod with an inertia.",
+        )
+    return initial_shape(given, grid, model.scales, si=model.specimen is not None, where="curvature_rate")
+
+
+def _swing(strut: Model, y0: Array) -> float:
+    """The curvature that an initial rate of curvature leads to: rate over the lowest frequency, or what damping leaves."""
+    mu_t = strut.layout.mu_t(y0)
+    if mu_t is None or not isinstance(strut, Rod):
+        return 0.0
+    inertia = (strut.translational_inertia or 0.0) + (strut.rotary_inertia or 0.0)
+    return float(np.abs(mu_t).max()) * float(np.sqrt(inertia))
+
+
+def _taken_up(model: Model, start: Solution) -> tuple[Model, Array]:
+    """State of a former solution, on a grid that holds its elements too."""
     if (start.model.specimen is None) != (model.specimen is None):
         raise ArgumentError("must be a solution in the same kind of units as the model", where="start")
     ratio = model.scales.length / start.model.scales.length
     if abs(ratio - 1.0) > 1e-12:
         raise ArgumentError("must be a solution of a rod of the same length", where="start", value=1.0 / ratio)
+    if start.model.segments != model.segments or start.model.division.breaks != model.division.breaks:
+        raise ArgumentError("must be a solution of a rod with the same natural segments", where="start")
+    if start.model.has_inertia != model.has_inertia:
+        raise ArgumentError(
+            "must be a solution with inertia where the model has it, and without where it has none",
+            where="start",
+            next_step="Give its last curvature as `curvature` to a fresh start.",
+        )
     former = start.model.grid
     grid = model.grid.with_breaks(former.breaks)
-    state = start.history.y[-1]
-    mu = state[: former.size]
+    state, layout = start.history.y[-1], start.model.layout
+    mu, mu_t = layout.mu(state), layout.mu_t(state)
     if grid.nodes == "auto" or grid.per_element != former.per_element or grid.breaks != former.breaks:
-        mu = former.interpolation(grid.s) @ mu
-    return model.with_grid(grid), mu.copy(), float(state[former.size]), "the last state of a former run"
+        carry = former.interpolation(grid.s)
+        mu, mu_t = carry @ mu, None if mu_t is None else carry @ mu_t
+    strut = model.with_grid(grid)
+    # A rod measured in another time scale has the same rate of curvature in other units.
+    rate = None if mu_t is None else mu_t * (model.scales.time / start.model.scales.time)
+    return strut, strut.layout.pack(mu, layout.natural(state), rate)
 
 
-def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Strut) -> Array:
+def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Model) -> Array:
     """Absolute tolerance of each component: curvatures as given or by amplitude, energies as its square."""
     if atol is None:
         scale = amplitude if amplitude > 0.0 else 1.0
@@ -243,7 +297,8 @@ def _tolerance(atol: float | None, rtol: float, amplitude: float, strut: Strut) 
         if not (isinstance(number, float) and 0.0 < number < np.inf):
             raise ArgumentError("must be a positive number or None", where="atol", value=atol)
         curvature = energy = number * strut.scales.length
-    both = np.concatenate([np.full(strut.grid.size + 1, curvature), np.full(LEDGER, energy)])
+    both = np.full(strut.layout.size, curvature)
+    both[strut.layout.ledger_columns] = energy
     return np.asarray(np.maximum(both, SMALLEST_ATOL))
 
 
@@ -259,18 +314,16 @@ def rest(plan: Plan, problem: Problem, largest: float) -> Stop:
     largest : float
         Largest curvature met so far.
     """
-    n, w = problem.strut.grid.size, problem.strut.grid.w
+    curvatures = slice(0, problem.strut.layout.natural_columns.stop)
     settled = max(plan.t0, problem.strut.loads.settled or 0.0)
     if plan.times is not None:
         settled = max(settled, float(plan.times[-1]) / problem.strut.scales.time)
 
     def resting(t: float, y: Array, kern: Kernel) -> Ending | None:
         nonlocal largest
-        largest = max(largest, float(np.abs(y[: n + 1]).max()))
+        largest = max(largest, float(np.abs(y[curvatures]).max()))
         if t < settled:
             return None
-        rate = kern.rate(t, y)
-        speed = max(float(np.sqrt(w @ rate[:n] ** 2)), abs(float(rate[n])))
-        return "at_rest" if speed <= plan.rtol * largest else None
+        return "at_rest" if kern.unrest(t, y) <= plan.rtol * largest else None
 
     return resting

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from plastica.motion.integrate import Ending, Stop
 from plastica.numerics.grid import Grid
 from plastica.physics.kernel import Kernel
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
 
 __all__ = ["coarse", "too_coarse"]
 
@@ -18,7 +18,7 @@ EPS = float(np.finfo(float).eps)
 STATES_AT_ONCE = 1000
 
 
-def too_coarse(strut: Strut, states: Array, rtol: float, size: float | None = None) -> float | None:
+def too_coarse(strut: Model, states: Array, rtol: float, size: float | None = None) -> float | None:
     """Return the relative Legendre tail of a motion where it exceeds the tolerance, else None.
 
     Looks at the curvature, relative to its largest value, and at sin(theta) and cos(theta), whose products with the
@@ -26,9 +26,9 @@ def too_coarse(strut: Strut, states: Array, rtol: float, size: float | None = No
 
     Parameters
     ----------
-    strut : Strut
+    strut : Model
         The model on the grid in question.
-    states : ndarray, shape (k, n + 4)
+    states : ndarray, shape (k, size)
         States met on the way.
     rtol : float
         The relative tail allowed; never below 50 eps, where rounding takes over.
@@ -58,12 +58,12 @@ def _tail(grid: Grid, mu: Array, size: float) -> float:
     return float(max(tails))
 
 
-def coarse(strut: Strut, rtol: float, size: float) -> Stop:
+def coarse(strut: Model, rtol: float, size: float) -> Stop:
     """Return the criterion that gives up a run on too few nodes; it looks at every tenth step, which is cheaper.
 
     Parameters
     ----------
-    strut : Strut
+    strut : Model
         The model on the grid in question.
     rtol : float
         The relative tail allowed.

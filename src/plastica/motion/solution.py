@@ -16,8 +16,8 @@ from plastica.errors import ArgumentError
 from plastica.motion.history import History
 from plastica.motion.status import Counts, Event, Status
 from plastica.physics.bounds import Bounds, bounds
-from plastica.physics.ledger import Ledger, stored_energy
-from plastica.physics.strut import Strut
+from plastica.physics.ledger import Ledger, kinetic_energy, stored_energy
+from plastica.physics.model import Model
 
 if TYPE_CHECKING:
     import xarray
@@ -46,12 +46,13 @@ class Solution:
 
     Attributes
     ----------
-    model : Strut
+    model : Strut or Rod
         The model, on the grid that was used.
     history : History
         The dimensionless state as a function of dimensionless time.
     legs : tuple of (ndarray, ndarray)
-        Start times of the legs, and whether the natural curvature moves on each (one more: after the last).
+        Start times of the legs, and whether the natural curvature moves on each (one more: after the last), with
+        several segments a column for each of them.
     status : Status
         How the run ended.
     counts : Counts
@@ -62,7 +63,7 @@ class Solution:
         Times asked for, in the user's units.
     initial : str
         The initial curvature in words.
-    first_natural : float
+    first_natural : ndarray, shape () or (m,)
         Dimensionless natural curvature at the very first start, before any run that this one goes on from.
     notes : tuple of str
         What the user should know: breaks added, nodes chosen, hypotheses waived.
@@ -72,7 +73,7 @@ class Solution:
         Where it comes from: scenario text, file, ...
     """
 
-    model: Strut
+    model: Model
     history: History
     legs: tuple[Array, NDArray[np.bool_]]
     status: Status
@@ -82,7 +83,7 @@ class Solution:
     atol: float
     times: Array | None
     initial: str
-    first_natural: float
+    first_natural: Array
     notes: tuple[str, ...] = ()
     wall: float = 0.0
     provenance: dict[str, str] = field(default_factory=dict)
@@ -94,7 +95,10 @@ class Solution:
 
     @cached_property
     def limit(self) -> Limit | None:
-        """Where the motion ends; None where the theory does not apply: loads that vary on, or others than a thrust."""
+        """Where the motion ends; None where the theory does not apply.
+
+        That is: with inertia, several segments, loads that vary on, or others than a thrust.
+        """
         from plastica.motion.longtime import limit_of
 
         return limit_of(self)
@@ -111,7 +115,7 @@ class Solution:
 
     @cached_property
     def y(self) -> Array:
-        """Dimensionless states at `t`; shape (k, n + 4)."""
+        """Dimensionless states at `t`; shape (k, size), see `physics.layout`."""
         accepted = self.history.accepted
         if self.times is None and self.t.size == accepted.size:
             return self.history.y[accepted]
@@ -145,27 +149,29 @@ class Solution:
     @cached_property
     def bounds(self) -> Bounds:
         """The a-priori bounds of the theory for this start, never exceeded by the motion."""
-        n = self.model.grid.size
-        y = self.history.y[0]
-        return bounds(self.model, y[:n], float(y[n]), self.history.start, self.history.end)
+        layout, y = self.model.layout, self.history.y[0]
+        start, end = self.history.start, self.history.end
+        return bounds(self.model, layout.mu(y), layout.natural(y), start, end, layout.mu_t(y))
 
     @cached_property
     def ledger(self) -> Ledger:
         """Balance of work, stored energy and dissipation over the whole motion, in J with a specimen, else EI/L."""
-        n = self.model.grid.size
+        layout = self.model.layout
         states = self.history.y[self.history.accepted]
-        energy = stored_energy(self.model, states[:, :n], states[:, n])
-        work, viscous, natural = states[-1, n + 1 :] - states[0, n + 1 :]
-        change = energy[-1] - energy[0]
+        mu, sheet = layout.mu(states), layout.ledger(states)
+        energy = stored_energy(self.model, mu, layout.natural(states))
+        kinetic = kinetic_energy(self.model, mu, layout.mu_t(states))
+        work, viscous, natural = sheet[-1] - sheet[0]
+        change, gained = energy[-1] - energy[0], kinetic[-1] - kinetic[0]
         scale = self.model.scales.energy
-        largest = max(float(np.abs(energy).max()), float(np.abs(states[:, n + 1 :]).max()))
+        largest = max(float(np.abs(each).max()) for each in (energy, kinetic, sheet))
         return Ledger(
-            residual=float(work - change - viscous - natural) * scale,
+            residual=float(work - change - viscous - natural - gained) * scale,
             work=float(work) * scale,
             stored_energy=float(change) * scale,
             viscous_dissipation=float(viscous) * scale,
             natural_dissipation=float(natural) * scale,
-            kinetic_energy=0.0,
+            kinetic_energy=float(gained) * scale,
             largest_energy=largest * scale,
             unit="J" if self.model.specimen is not None else "1",
         )

@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,8 @@ from plastica.motion.resolution import coarse, too_coarse
 from plastica.motion.solution import Solution
 from plastica.motion.status import Counts, Status, status
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
-from plastica.physics.initial import Curvature
-from plastica.physics.strut import Strut
+from plastica.physics.initial import Curvature, NaturalCurvature
+from plastica.physics.model import Model
 
 __all__ = ["Progress", "Until", "solve"]
 
@@ -52,15 +53,16 @@ class Progress:
 
 
 def solve(
-    model: Strut,
+    model: Model,
     curvature: Curvature = 0.0,
-    natural_curvature: float | str = 0.0,
+    natural_curvature: NaturalCurvature = 0.0,
     until: Until = 100.0,
     rtol: float = 1e-8,
     atol: float | None = None,
     method: str = "auto",
     times: Sequence[float] | Array | None = None,
     *,
+    curvature_rate: Curvature = 0.0,
     start: Solution | None = None,
     max_steps: int = MOST_STEPS,
     progress: Callable[[Progress], None] | None = None,
@@ -72,13 +74,13 @@ def solve(
 
     Parameters
     ----------
-    model : Strut
+    model : Strut or Rod
         The rod, its material, load and grid. With ``Grid(nodes="auto")`` the smallest number of nodes is taken that
         resolves the whole motion to `rtol`.
     curvature : number, text in s, function, Shape or nodal values
         Initial curvature, in 1/m with a specimen, else in units of 1/L. Element ends are added at its jumps.
-    natural_curvature : number, or text with a unit
-        Initial natural curvature, likewise.
+    natural_curvature : number, or text with a unit, or a sequence of these
+        Initial natural curvature, likewise; with several segments one for all of them, or one for each.
     until : number, text with a unit, or "equilibrium"
         Last time (s, or retardation times). "equilibrium" goes on until the rod is at rest, or until it creeps so
         slowly that stepping in time has become pointless; the status says which.
@@ -88,9 +90,12 @@ def solve(
         Absolute tolerance on the curvatures, in their units. By default 1e-3 rtol times the initial amplitude
         (at most times one), so that a start from 1e-6 comes out right.
     method : str
-        "LSODA", "DOP853", "Radau", "BDF", or "auto", which is LSODA: the fastest at equal error in all cases measured.
+        "LSODA", "DOP853", "Radau", "BDF", or "auto", the fastest at equal error in all cases measured: LSODA, and Radau
+        for a rod without damping.
     times : sequence of float, optional
         Times of the dataset, increasing; by default the accepted steps.
+    curvature_rate : number, text in s, function, Shape or nodal values
+        Initial rate of curvature of a rod with inertia, in 1/(m s) or 1/(L T); a strut has none of its own.
     start : Solution, optional
         Go on from the last state of this solution, whose clock goes on too; `curvature` and `natural_curvature` are
         then not used. This is how a rod is held, then released.
@@ -127,16 +132,27 @@ def solve(
     >>> sol.status.code
     'done'
     """
-    if not isinstance(model, Strut):
-        raise ArgumentError("must be a pl.Strut", where="model", value=model)
+    if not isinstance(model, Model):
+        raise ArgumentError("must be a pl.Strut or a pl.Rod", where="model", value=model)
     plan = make_plan(model, until, rtol, method, times, start, max_steps)
     keeping = keeping_in(checkpoint, checkpoint_every, resume)
     if model.grid.nodes != "auto":
-        problem = make_problem(model, plan, curvature, natural_curvature, atol, start)
+        problem = make_problem(model, plan, curvature, natural_curvature, atol, start, curvature_rate)
         solution = _solution(problem, plan, _run(problem, plan, progress, keeping))
     else:
-        solution = _choose_nodes(model, plan, curvature, natural_curvature, atol, start, progress, keeping)
+        given = _Given(curvature, natural_curvature, atol, start, curvature_rate)
+        solution = _choose_nodes(model, plan, given, progress, keeping)
     return _told_where_it_ends(solution) if plan.settle else solution
+
+
+class _Given(NamedTuple):
+    """What `make_problem` makes a first state and tolerances of, on one grid or several."""
+
+    curvature: Curvature
+    natural_curvature: NaturalCurvature
+    atol: float | None
+    start: Solution | None
+    curvature_rate: Curvature
 
 
 def _told_where_it_ends(solution: Solution) -> Solution:
@@ -191,7 +207,7 @@ def _run(
                 said = now
                 scale = problem.strut.scales.time
                 until = None if plan.settle else plan.end * scale
-                progress(Progress(leg.history.end * scale, until, steps, leg.moving_next, now - began))
+                progress(Progress(leg.history.end * scale, until, steps, any(leg.moving_next), now - began))
     finally:
         # An interrupt, too, leaves every finished leg to be taken up.
         if checkpoint is not None:
@@ -222,22 +238,21 @@ def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bo
 
 def _stop(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Stop | None:
     """What ends a run early: too few nodes where these are being chosen, and rest where that is asked for."""
-    n = problem.strut.grid.size
+    n, natural = problem.strut.layout.nodes, problem.strut.layout.natural_columns
     met = [problem.y0[None, :], *(leg.history.y[leg.history.accepted] for leg in legs)]
     criteria: list[Stop] = []
     if watch_nodes:
         criteria.append(coarse(problem.strut, plan.rtol, max(float(np.abs(y[:, :n]).max()) for y in met)))
     if plan.settle:
-        criteria.append(rest(plan, problem, max(float(np.abs(y[:, : n + 1]).max()) for y in met)))
+        criteria.append(rest(plan, problem, max(float(np.abs(y[:, : natural.stop]).max()) for y in met)))
     if not criteria:
         return None
     return lambda t, y, kern: next((ending for each in criteria if (ending := each(t, y, kern))), None)
 
 
-def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Strut) -> Status:
+def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Model) -> Status:
     last = legs[-1]
-    unit = "s" if strut.specimen is not None else "retardation times"
-    t = f"{last.history.end * strut.scales.time:.6g} {unit}"
+    t = f"{last.history.end * strut.scales.time:.6g} {strut.time_unit}"
     reason = last.message.rstrip(".") or "no reason given"
     return status(_code(plan, last), t=t, method=plan.method, steps=steps, reason=reason)
 
@@ -246,7 +261,7 @@ def _code(plan: Plan, last: Leg) -> str:
     if last.ending in ("solver_failed", "not_finite"):
         return last.ending
     if last.ending == "at_rest":
-        return "creeping" if last.moving_next else "equilibrium"
+        return "creeping" if any(last.moving_next) else "equilibrium"
     if last.history.end < plan.end:
         return "step_limit"
     return "never_settled" if plan.settle else "done"
@@ -261,12 +276,11 @@ def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
         max(len(legs) - 1, 0),
     )
     starts = np.array([leg.history.start for leg in legs])
-    moving = np.array([leg.moving for leg in legs])
-    ends_moving = legs[-1].moving_next
+    moving = np.array([*(leg.moving for leg in legs), legs[-1].moving_next])
     return Solution(
         model=problem.strut,
         history=history,
-        legs=(starts, np.append(moving, ends_moving)),
+        legs=(starts, moving[:, 0] if problem.strut.segments == 1 else moving),
         status=_status(plan, legs, history.steps, problem.strut),
         counts=counts,
         method=plan.method,
@@ -289,12 +303,9 @@ def _reached(times: Array | None, history: History, scale: float) -> Array | Non
 
 
 def _choose_nodes(
-    model: Strut,
+    model: Model,
     plan: Plan,
-    curvature: Curvature,
-    natural_curvature: float | str,
-    atol: float | None,
-    start: Solution | None,
+    given: _Given,
     progress: Callable[[Progress], None] | None,
     keeping: Keeping | None,
 ) -> Solution:
@@ -302,15 +313,13 @@ def _choose_nodes(
     if keeping is not None:
         keeping.fresh()
     tried: list[str] = []
-    coarsest = make_problem(
-        model.with_grid(model.grid.with_nodes(AUTO_NODES[0])), plan, curvature, natural_curvature, atol, start
-    )
+    coarsest = make_problem(model.with_grid(model.grid.with_nodes(AUTO_NODES[0])), plan, *given)
     elements = coarsest.strut.grid.elements
     candidates = [nodes for nodes in AUTO_NODES if nodes * elements <= LARGEST_SIZE] or [AUTO_NODES[0]]
     for nodes in candidates:
         here = None if keeping is None else keeping.on(nodes)
         grid = Grid(nodes, model.grid.breaks)
-        problem = make_problem(model.with_grid(grid), plan, curvature, natural_curvature, atol, start)
+        problem = make_problem(model.with_grid(grid), plan, *given)
         shortfall = too_coarse(problem.strut, problem.y0[None, :], plan.rtol)
         if shortfall is None:
             ran = _run(problem, plan, progress, here, watch_nodes=True)

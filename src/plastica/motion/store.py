@@ -19,18 +19,21 @@ from plastica.motion.solution import Solution
 from plastica.motion.status import Counts, Status
 from plastica.numerics.grid import Grid
 from plastica.physics.load import Load
+from plastica.physics.model import Model
+from plastica.physics.rod import Rod
 from plastica.physics.scales import Specimen
 from plastica.physics.strut import Strut
 
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["SCHEMA", "read", "strut_from_dict", "strut_to_dict", "write"]
+__all__ = ["SCHEMA", "read", "model_from_dict", "model_to_dict", "write"]
 
 SCHEMA = 1
 """Version of the file's layout. A later one must still read this one: see CONTRIBUTING, "Files"."""
 
 LARGEST = 4 * 2**30
+INERTIA = ("translational_inertia", "rotary_inertia", "damping")
 HISTORY = ("node_t", "node_y", "first_node", "leg_start", "leg_moving")
 
 
@@ -67,7 +70,7 @@ def write(solution: Solution, path: str | Path) -> Path:
             "node_y": (("node", "component"), history.y),
             "first_node": ("step_end", history.first),
             "leg_start": ("leg", starts),
-            "leg_moving": ("leg_end", moving.astype(np.int8)),
+            "leg_moving": (("leg_end", "segment")[: moving.ndim], moving.astype(np.int8)),
         }
     )
     meta = json.dumps(_meta(solution), sort_keys=True, allow_nan=False)
@@ -133,7 +136,7 @@ def _damaged(source: Path, why: str) -> FileError:
 
 def _meta(solution: Solution) -> dict[str, Any]:
     return {
-        "model": strut_to_dict(solution.model),
+        "model": model_to_dict(solution.model),
         "status": vars(solution.status),
         "counts": vars(solution.counts),
         "method": solution.method,
@@ -141,7 +144,7 @@ def _meta(solution: Solution) -> dict[str, Any]:
         "atol": solution.atol,
         "times": None if solution.times is None else solution.times.tolist(),
         "initial": solution.initial,
-        "first_natural": solution.first_natural,
+        "first_natural": solution.first_natural.tolist(),
         "notes": list(solution.notes),
         "wall": solution.wall,
         "provenance": solution.provenance,
@@ -149,16 +152,17 @@ def _meta(solution: Solution) -> dict[str, Any]:
 
 
 def _rebuilt(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Solution:
-    model = strut_from_dict(meta["model"])
+    model = model_from_dict(meta["model"])
     history = History(arrays["node_t"], arrays["node_y"], arrays["first_node"].astype(np.int64))
-    nodes, width = history.t.size, model.grid.size + 4
+    nodes, layout, starts = history.t.size, model.layout, arrays["leg_start"].size
+    moving = arrays["leg_moving"].astype(bool)
     sound = (
-        history.y.shape == (nodes, width)
+        history.y.shape == (nodes, layout.size)
         and history.first.size >= 1
         and history.first[0] == 0
         and (history.steps == 0 or (history.first[-1] == nodes and np.all(np.diff(history.first) >= 2)))
         and np.all(np.diff(history.t) >= 0.0)
-        and arrays["leg_moving"].size == arrays["leg_start"].size + 1
+        and moving.shape == ((starts + 1,) if model.segments == 1 else (starts + 1, model.segments))
     )
     if not sound:
         raise ValueError("its history does not fit its model")
@@ -166,7 +170,7 @@ def _rebuilt(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Sol
     return Solution(
         model=model,
         history=history,
-        legs=(arrays["leg_start"], arrays["leg_moving"].astype(bool)),
+        legs=(arrays["leg_start"], moving),
         status=Status(**meta["status"]),
         counts=Counts(**meta["counts"]),
         method=str(meta["method"]),
@@ -174,40 +178,50 @@ def _rebuilt(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Sol
         atol=float(meta["atol"]),
         times=None if times is None else np.asarray(times, dtype=float),
         initial=str(meta["initial"]),
-        first_natural=float(meta.get("first_natural", history.y[0, model.grid.size])),
+        first_natural=np.asarray(meta.get("first_natural", layout.natural(history.y[0])), dtype=float),
         notes=tuple(str(note) for note in meta["notes"]),
         wall=float(meta["wall"]),
         provenance={str(key): str(value) for key, value in meta["provenance"].items()},
     )
 
 
-def strut_to_dict(strut: Strut) -> dict[str, Any]:
-    """Return what a strut is made of, as plain values for a file."""
-    return {
+def model_to_dict(model: Model) -> dict[str, Any]:
+    """Return what a model is made of, as plain values for a file; what has its default is left out."""
+    described: dict[str, Any] = {
         "kind": "strut",
-        "material": strut.material.to_dict(),
-        "load": strut.load.to_dict(),
-        "grid": {"nodes": strut.grid.nodes, "breaks": list(strut.grid.breaks)},
-        "specimen": None if strut.specimen is None else strut.specimen.to_dict(),
+        "material": model.material.to_dict(),
+        "load": model.load.to_dict(),
+        "grid": {"nodes": model.grid.nodes, "breaks": list(model.grid.breaks)},
+        "specimen": None if model.specimen is None else model.specimen.to_dict(),
     }
+    segments = model.natural_segments
+    if segments != 1:
+        described["natural_segments"] = segments if isinstance(segments, int) else list(segments)
+    if isinstance(model, Rod):
+        described |= {"kind": "rod"} | {name: getattr(model, name) for name in INERTIA}
+    return described
 
 
-def strut_from_dict(data: Mapping[str, Any]) -> Strut:
-    """Build a strut from `strut_to_dict`, checked as any user's is.
+def model_from_dict(data: Mapping[str, Any]) -> Model:
+    """Build a model from `model_to_dict`, checked as any user's is.
 
     Raises
     ------
-    ArgumentError, KeyError, TypeError
+    ArgumentError, KeyError, TypeError, ValueError
         Where the data do not describe one.
     """
-    if data["kind"] != "strut":
-        raise ValueError(f"its model is of the unknown kind {data['kind']!r}")
-    return Strut(
+    parts = (
         Material(**data["material"]),
         Load.from_dict(data["load"]),
         Grid(data["grid"]["nodes"], tuple(data["grid"]["breaks"])),
         None if data["specimen"] is None else Specimen.from_dict(data["specimen"]),
     )
+    segments = data.get("natural_segments", 1)
+    if data["kind"] == "strut":
+        return Strut(*parts, natural_segments=segments)
+    if data["kind"] == "rod":
+        return Rod(*parts, natural_segments=segments, **{name: data[name] for name in INERTIA})
+    raise ValueError(f"its model is of the unknown kind {data['kind']!r}")
 
 
 # -- the seal: a digest over every value in the file, so that no flipped bit goes unseen -------------------------

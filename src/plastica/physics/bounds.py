@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.material.material import Laws
 from plastica.physics.ledger import liapunov
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
 
 __all__ = ["Bounds", "bounds", "bounds_of_energy", "largest_natural_curvature"]
 
@@ -38,7 +38,8 @@ class Bounds:
         Of |D|.
     growth : float
         C of continuous dependence: two motions that obey these bounds part at most like exp(C t), measured by
-        (|mu_1 - mu_2|^2 + (mu_nat_1 - mu_nat_2)^2)^(1/2).
+        (|mu_1 - mu_2|^2 + (mu_nat_1 - mu_nat_2)^2)^(1/2), squares of natural curvatures weighted by the lengths of their
+        segments. Infinite for a rod with inertia, for which the theory gives none.
     """
 
     energy: float
@@ -49,7 +50,9 @@ class Bounds:
     growth: float
 
 
-def bounds(strut: Strut, mu: ArrayLike, mu_nat: float, start: float, end: float) -> Bounds:
+def bounds(
+    strut: Model, mu: ArrayLike, mu_nat: ArrayLike, start: float, end: float, mu_t: ArrayLike | None = None
+) -> Bounds:
     """Compute the a-priori bounds for the start (mu, mu_nat) and the times [start, end].
 
     With M1 = 0 the energy obeys dE/dt <= d/dt(work), hence E(t) <= V(0) + max int |n_load| + variation of the loads
@@ -57,14 +60,16 @@ def bounds(strut: Strut, mu: ArrayLike, mu_nat: float, start: float, end: float)
 
     Parameters
     ----------
-    strut : Strut
+    strut : Model
         The model on a definite grid.
     mu : array_like, shape (n,)
         Initial curvature at the nodes, dimensionless.
-    mu_nat : float
+    mu_nat : float, or array_like of shape (m,) with several segments
         Initial natural curvature, dimensionless.
     start, end : float
         Dimensionless times.
+    mu_t : array_like, shape (n,), optional
+        Initial rate of curvature of a rod with inertia.
 
     Returns
     -------
@@ -76,24 +81,26 @@ def bounds(strut: Strut, mu: ArrayLike, mu_nat: float, start: float, end: float)
     parts = ((loads.thrust, 1.0), (loads.transverse, 1.0), (loads.weight, 0.5))
     largest = sum(max(map(abs, program.extreme(end))) * share for program, share in parts)
     variation = sum(program.variation(end) * share for program, share in parts)
-    first = float(liapunov(strut, start, np.asarray(mu, dtype=float), np.asarray(mu_nat)))
+    first = float(liapunov(strut, start, mu, mu_nat, mu_t))
     # Rounding of V alone must not make the bound fail for a start that sits on it.
     energy = first + largest + variation + 64.0 * np.finfo(float).eps * (abs(first) + largest)
     return bounds_of_energy(strut, energy, end)
 
 
-def bounds_of_energy(strut: Strut, energy: float, end: float) -> Bounds:
+def bounds_of_energy(strut: Model, energy: float, end: float) -> Bounds:
     """Compute the bounds that hold for every motion whose stored energy stays within `energy` up to time `end`.
 
     For two starts take the larger of their energies: the growth then holds for the distance between them.
     """
     loads = strut.loads
     bending = float(np.sqrt(2.0 * max(energy, 0.0)))
-    natural = largest_natural_curvature(strut.laws, energy)
+    shortest = float(strut.division.lengths.min())
+    natural = largest_natural_curvature(strut.laws, energy / shortest)
     m = np.linspace(-natural, natural, SAMPLES) if np.isfinite(natural) else np.zeros(1)
-    drive = bending + float(np.abs(strut.laws.preference.slope(m)).max()) if np.isfinite(natural) else natural
+    drive = bending / np.sqrt(shortest) + float(np.abs(strut.laws.preference.slope(m)).max()) if np.isfinite(natural) else natural
     slope = sum(max(map(abs, program.extreme(end))) for program in (loads.thrust, loads.transverse, loads.weight))
-    return Bounds(energy, bending, natural, bending + 2.0 * natural, drive, _growth(strut.laws, m, drive, slope))
+    growth = float("inf") if strut.has_inertia else _growth(strut.laws, m, drive, slope, strut.damping)
+    return Bounds(energy, bending, natural, bending + 2.0 * natural, drive, growth)
 
 
 def largest_natural_curvature(laws: Laws, energy: float) -> float:
@@ -120,7 +127,7 @@ def largest_natural_curvature(laws: Laws, energy: float) -> float:
     return root * (1.0 + 1e-12)
 
 
-def _growth(laws: Laws, m: Array, drive: float, load: float) -> float:
+def _growth(laws: Laws, m: Array, drive: float, load: float, damping: float) -> float:
     """Logarithmic norm of the comparison matrix for (|mu_1 - mu_2|, |mu_nat_1 - mu_nat_2|).
 
     |J| = |J*| = 2/pi bound the bending part; the flow law enters by the largest slope it reaches, and helps where it
@@ -134,5 +141,5 @@ def _growth(laws: Laws, m: Array, drive: float, load: float) -> float:
     stiffening = 1.0 + laws.preference.second(m)
     barrier = np.abs(laws.threshold.slope(m))
     pull = float((barrier - stiffening).max()) if slope.min() >= 0.0 else float((barrier + np.abs(stiffening)).max())
-    matrix = np.array([[4.0 * load / np.pi**2 - 1.0, 1.0], [steepest, steepest * max(pull, 0.0)]])
+    matrix = np.array([[(4.0 * load / np.pi**2 - 1.0) / damping, 1.0 / damping], [steepest, steepest * max(pull, 0.0)]])
     return float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[-1])

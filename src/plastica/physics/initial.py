@@ -17,7 +17,15 @@ from plastica.physics.amounts import plain
 from plastica.physics.scales import Scales
 from plastica.units import looks_like_quantity, quantity
 
-__all__ = ["Curvature", "Shape", "initial_natural_curvature", "initial_shape", "piecewise"]
+__all__ = [
+    "Curvature",
+    "NaturalCurvature",
+    "Shape",
+    "initial_natural_curvature",
+    "initial_shape",
+    "nodal_values",
+    "piecewise",
+]
 
 Array = NDArray[np.float64]
 
@@ -100,13 +108,13 @@ def _number(value: object, where: str) -> float:
     return number
 
 
-def _shape(value: object, where: str, length: float | None = None) -> Shape:
+def _shape(value: object, where: str, length: float | None = None, unit: str = "1/m") -> Shape:
     """Read a number, a text or a function as a shape, in the user's units; `length` is that of the rod if known."""
     if isinstance(value, Shape):
         return value
     if isinstance(value, str):
         if looks_like_quantity(value):
-            constant = quantity(value, "1/m", where=where, bare=False)
+            constant = quantity(value, unit, where=where, bare=False)
             return Shape(lambda s: np.full(np.shape(s), constant), (), value)
         return _text(value, where, length)
     if callable(value):
@@ -123,7 +131,9 @@ def _text(text: str, where: str, length: float | None) -> Shape:
     return Shape(expression.vector({}), tuple(point.position for point in found), text)
 
 
-def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool) -> tuple[Shape, Grid]:
+def initial_shape(
+    curvature: Curvature, grid: Grid, scales: Scales, *, si: bool, where: str = "curvature"
+) -> tuple[Shape, Grid]:
     """Return the initial curvature as a dimensionless shape, and the grid with element ends at its breaks.
 
     Raises
@@ -131,7 +141,7 @@ def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool)
     ArgumentError
         Where the text or function cannot be used, or text has units but the model has no specimen.
     """
-    where = "curvature"
+    unit, time = ("1/m", 1.0) if where == "curvature" else ("1/(m*s)", scales.time)
     if isinstance(curvature, str) and not si and looks_like_quantity(curvature):
         raise ArgumentError(
             "must be a plain number or text in s where there is no specimen",
@@ -140,9 +150,9 @@ def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool)
             next_step="Give the model a pl.Specimen to use units.",
         )
     if isinstance(curvature, (list, tuple, np.ndarray)) and np.ndim(curvature) > 0:
-        return _nodal(np.asarray(curvature), grid, scales), grid
-    shape = _shape(curvature, where, scales.length)
-    length = scales.length
+        return _nodal(np.asarray(curvature), grid, scales.length * time, where), grid
+    shape = _shape(curvature, where, scales.length, unit)
+    length, factor = scales.length, scales.length * time
     breaks = tuple(b / length for b in shape.breaks if 0.0 < b < length)
 
     def function(s: Array) -> Array:
@@ -152,23 +162,23 @@ def initial_shape(curvature: Curvature, grid: Grid, scales: Scales, *, si: bool)
             raise ArgumentError(
                 f"must take an array of arc lengths and return their curvatures ({error})", where=where
             ) from None
-        return np.asarray(np.broadcast_to(values, np.shape(s)) * length)
+        return np.asarray(np.broadcast_to(values, np.shape(s)) * factor)
 
     return Shape(function, breaks, shape.words), grid.with_breaks(breaks)
 
 
-def _nodal(values: NDArray[np.generic], grid: Grid, scales: Scales) -> Shape:
+def _nodal(values: NDArray[np.generic], grid: Grid, factor: float, where: str) -> Shape:
     """Values at the nodes of `grid`, as the polynomials through them."""
     hint = "Nodal values belong to one grid; give text or a function to leave the grid open."
     if grid.nodes == "auto" or values.shape != (grid.size,):
         size = "a fixed number of" if grid.nodes == "auto" else str(grid.size)
         raise ArgumentError(
             f"must have one value for each of {size} nodes",
-            where="curvature",
+            where=where,
             value=values.shape,
             next_step=hint,
         )
-    nodal = values.astype(float) * scales.length
+    nodal = values.astype(float) * factor
 
     def function(s: Array) -> Array:
         if np.array_equal(s, grid.s):
@@ -178,7 +188,7 @@ def _nodal(values: NDArray[np.generic], grid: Grid, scales: Scales) -> Shape:
     return Shape(function, grid.breaks[1:-1], "values at the nodes")
 
 
-def nodal_values(shape: Shape, grid: Grid) -> Array:
+def nodal_values(shape: Shape, grid: Grid, where: str = "curvature") -> Array:
     """Return a dimensionless shape at the nodes, checked.
 
     Raises
@@ -191,27 +201,50 @@ def nodal_values(shape: Shape, grid: Grid) -> Array:
         at = float(grid.s[~np.isfinite(values)][0])
         raise ArgumentError(
             f"must be finite along the rod, but is not at s = {at:.6g} L ({shown(shape.words)})",
-            where="curvature",
+            where=where,
         )
     if np.abs(values).max() > LARGEST_CURVATURE:
         raise ArgumentError(
             f"must stay below {LARGEST_CURVATURE:g} / L",
-            where="curvature",
+            where=where,
             value=float(np.abs(values).max()),
             next_step="Check its unit.",
         )
     return values
 
 
-def initial_natural_curvature(value: float | str, scales: Scales, *, si: bool) -> float:
-    """Return the initial natural curvature, dimensionless.
+NaturalCurvature = float | str | Sequence[float | str] | Array
+"""What may be given as an initial natural curvature: a number or text with a unit, or one for each segment."""
+
+
+def initial_natural_curvature(
+    value: NaturalCurvature, scales: Scales, *, si: bool, segments: int = 1
+) -> float | Array:
+    """Return the initial natural curvature, dimensionless: a number, or one for each of several segments.
 
     Raises
     ------
     ArgumentError
-        Where it is no finite number, or has a unit while the model has no specimen.
+        Where it is no finite number, has a unit while the model has no specimen, or there are not as many numbers as
+        segments.
     """
     where = "natural_curvature"
+    given = plain(value)
+    if isinstance(given, (list, tuple, np.ndarray)):
+        if np.ndim(given) != 1 or len(given) != segments:
+            raise ArgumentError(
+                f"must be one number, or one for each of {segments} segment{'s' if segments > 1 else ''}",
+                where=where,
+                value=value,
+                next_step="Set `natural_segments` of the model to the number of values.",
+            )
+        each = [_natural(one, f"{where}[{i}]", scales, si=si) for i, one in enumerate(given)]
+        return each[0] if segments == 1 else np.array(each)
+    one = _natural(given, where, scales, si=si)
+    return one if segments == 1 else np.full(segments, one)
+
+
+def _natural(value: object, where: str, scales: Scales, *, si: bool) -> float:
     if isinstance(value, str):
         if not si:
             raise ArgumentError("must be a number where there is no specimen", where=where, value=value)

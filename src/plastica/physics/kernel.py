@@ -1,7 +1,7 @@
-"""The strut's equations as one vector ODE for SciPy's solvers: fast right-hand side and exact Jacobian.
+"""A model's equations as one vector ODE for SciPy's solvers: fast right-hand side and exact Jacobian.
 
-The state is y = (mu at the n nodes, mu_nat, work, viscous dissipation, natural dissipation). `Strut.rate` and
-`ledger.spending` are the readable statement of the same equations; a test holds the two together.
+`Strut.rate`, `Rod.rate` and `ledger.spending` are the readable statement of the same equations; a test holds the two
+together. Rods with inertia have their kernel in `physics.inertial`.
 """
 
 from __future__ import annotations
@@ -12,48 +12,61 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
+from plastica.physics.natural import Excess, Yields, natural_law, yielding
 
-__all__ = ["LEDGER", "Kernel", "kernel"]
+__all__ = ["Kernel", "Moment", "kernel", "load_moment"]
 
 Array = NDArray[np.float64]
 Rate = Callable[[float, Array], Array]
 Program = float | Callable[[float], float]
-
-LEDGER = 3
-"""How many integrals of the ledger ride along behind the natural curvature."""
+Moment = Callable[[float, Array], Array]
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A strut on a stretch of time on which its loads are smooth.
+    """A model on a stretch of time on which its loads are smooth.
 
     Attributes
     ----------
     rate, jacobian : callable
-        dy/dt and its derivative by y at (t, y).
+        dy/dt and its derivative by y at (t, y), y as in `physics.layout`.
     excess : callable
-        (D, |D| - Theta) of a state y; the second is positive where the natural curvature moves.
+        |D| - Theta of a state y by segment; positive where the natural curvature moves.
+    yields : callable
+        Whether the natural curvature moves in a state y, by segment.
+    unrest : callable
+        Norm of what moves at (t, y): rates of curvature and natural curvature, and with inertia the imbalance of
+        moments too, since a rod that swings stands still at its turning points.
     """
 
     rate: Rate
     jacobian: Callable[[float, Array], Array]
-    excess: Callable[[Array], tuple[float, float]]
+    excess: Excess
+    yields: Yields
+    unrest: Callable[[float, Array], float]
 
 
-def kernel(strut: Strut, start: float, end: float) -> Kernel:
-    """Build the ODE of `strut` for the times [start, end], between which no load may jump."""
-    shear, shear_slope = _shear(strut, start, end)
-    return Kernel(_rate(strut, shear), _jacobian(strut, shear, shear_slope), _excess(strut))
+def kernel(model: Model, start: float, end: float) -> Kernel:
+    """Build the ODE of `model` for the times [start, end], between which no load may jump."""
+    moment, slope = load_moment(model, start, end)
+    excess, yields = yielding(model)
+    if model.has_inertia:
+        from plastica.physics.inertial import inertial_jacobian, inertial_rate, inertial_unrest
+
+        rate = inertial_rate(model, moment)
+        return Kernel(rate, inertial_jacobian(model, moment, slope), excess, yields, inertial_unrest(model, moment))
+    rate = _uniform_rate(model, moment) if model.segments == 1 else _rate(model, moment)
+    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate))
 
 
-def _shear(strut: Strut, start: float, end: float) -> tuple[Callable[..., Array], Callable[..., Array]]:
-    """Functions (t, theta) -> contact couple M and (t, theta) -> dM/dtheta, without the work for absent loads."""
+def load_moment(model: Model, start: float, end: float) -> tuple[Moment, Moment]:
+    """Functions (t, theta) -> couple of the loads and (t, theta) -> its slope by theta, without work for absent loads."""
     thrust, transverse, couple, weight = (
         program.on(start, end)
-        for program in (strut.loads.thrust, strut.loads.transverse, strut.loads.couple, strut.loads.weight)
+        for program in (model.loads.thrust, model.loads.transverse, model.loads.couple, model.loads.weight)
     )
-    B, arm = strut.grid.B, 1.0 - strut.grid.s
+    B = model.grid.B
     sin, cos = np.sin, np.cos
     if transverse == 0.0 and couple == 0.0 and weight == 0.0:
         if not callable(thrust):
@@ -64,14 +77,17 @@ def _shear(strut: Strut, start: float, end: float) -> tuple[Callable[..., Array]
             lambda t, theta: (thrust(t) * B) * cos(theta),
         )
     gamma, tau, m1, w = (_as_function(program) for program in (thrust, transverse, couple, weight))
+    arm_along, arm_across = model.arms
 
     def moment(t: float, theta: Array) -> Array:
-        along = gamma(t) + w(t) * arm
-        return np.asarray(m1(t) + B.dot(along * sin(theta) + tau(t) * cos(theta)))
+        heft = w(t)
+        along, across = gamma(t) + heft * arm_along, tau(t) + heft * arm_across
+        return np.asarray(m1(t) + B.dot(along * sin(theta) + across * cos(theta)))
 
     def slope(t: float, theta: Array) -> Array:
-        along = gamma(t) + w(t) * arm
-        return np.asarray(B * (along * cos(theta) - tau(t) * sin(theta)))
+        heft = w(t)
+        along, across = gamma(t) + heft * arm_along, tau(t) + heft * arm_across
+        return np.asarray(B * (along * cos(theta) - across * sin(theta)))
 
     return moment, slope
 
@@ -83,23 +99,27 @@ def _as_function(program: Program) -> Callable[[float], float]:
     return lambda t: value
 
 
-def _rate(strut: Strut, shear: Callable[..., Array]) -> Rate:
-    n, w = strut.grid.size, strut.grid.w
-    integrals = np.vstack([strut.grid.A, w])
+def _uniform_rate(model: Model, moment: Moment) -> Rate:
+    """The rate where the natural curvature is one number; it costs half of what `_rate` does."""
+    n, w, size = model.grid.size, model.grid.w, model.layout.size
+    integrals = np.vstack([model.grid.A, w])
+    damping = float(model.damping)
     preference_slope, flow, threshold = (
-        strut.laws.preference.slope_at,
-        strut.laws.flow.value_at,
-        strut.laws.threshold.value_at,
+        model.laws.preference.slope_at,
+        model.laws.flow.value_at,
+        model.laws.threshold.value_at,
     )
 
     # On vectors this short NumPy's calls are what costs: `a.dot(b)` takes half the time of `a @ b`.
     def rate(t: float, y: Array) -> Array:
-        out = np.empty(n + 1 + LEDGER)
+        out = np.empty(size)
         mu, mu_nat = y[:n], y.item(n)
         angle = integrals.dot(mu)
-        couple = shear(t, angle[:n])
+        couple = moment(t, angle[:n])
         mu_t = couple - mu
         mu_t += mu_nat
+        if damping != 1.0:
+            mu_t /= damping
         drive = angle.item(n) - mu_nat - preference_slope(mu_nat)
         barrier = threshold(mu_nat)
         mu_nat_t = flow(drive - barrier) - flow(-barrier - drive)
@@ -107,57 +127,68 @@ def _rate(strut: Strut, shear: Callable[..., Array]) -> Rate:
         out[:n] = mu_t
         out[n] = mu_nat_t
         out[n + 1] = weighted.dot(couple)
-        out[n + 2] = weighted.dot(mu_t)
+        out[n + 2] = damping * weighted.dot(mu_t)
         out[n + 3] = drive * mu_nat_t
         return out
 
     return rate
 
 
-def _jacobian(
-    strut: Strut, shear: Callable[..., Array], shear_slope: Callable[..., Array]
-) -> Callable[[float, Array], Array]:
-    n, A, w = strut.grid.size, strut.grid.A, strut.grid.w
-    preference, flow, threshold = strut.laws.preference, strut.laws.flow, strut.laws.threshold
-    diagonal = np.arange(n)
+def _rate(model: Model, moment: Moment) -> Rate:
+    A, w, layout, division = model.grid.A, model.grid.w, model.layout, model.division
+    natural, sheet = layout.natural_columns, layout.ledger_columns
+    n, owner, damping = layout.nodes, division.owner, float(model.damping)
+    law = natural_law(model)
+
+    def rate(t: float, y: Array) -> Array:
+        out = np.empty(layout.size)
+        mu, mu_nat = y[:n], y[natural]
+        couple = moment(t, A.dot(mu))
+        mu_t = (couple - mu + mu_nat[owner]) / damping
+        mu_nat_t, spent = law.rate(mu, mu_nat)
+        weighted = w * mu_t
+        out[:n], out[natural] = mu_t, mu_nat_t
+        out[sheet] = weighted.dot(couple), damping * weighted.dot(mu_t), spent
+        return out
+
+    return rate
+
+
+def _jacobian(model: Model, moment: Moment, slope: Moment) -> Callable[[float, Array], Array]:
+    A, w, layout, division = model.grid.A, model.grid.w, model.layout, model.division
+    n, natural, damping = layout.nodes, layout.natural_columns, float(model.damping)
+    work, viscous, spent = range(layout.size)[layout.ledger_columns]
+    diagonal, columns = np.arange(n), n + division.owner
+    law = natural_law(model)
 
     def jacobian(t: float, y: Array) -> Array:
-        mu, mu_nat = y[:n], float(y[n])
+        mu, mu_nat = y[:n], y[natural]
         theta = A @ mu
-        couple = shear(t, theta)
-        mu_t = couple + (mu_nat - mu)
-        drive = float(w @ mu) - mu_nat - preference.slope_at(mu_nat)
-        barrier, barrier_slope = threshold.value_at(mu_nat), threshold.slope_at(mu_nat)
-        up, down = flow.slope_at(drive - barrier), flow.slope_at(-barrier - drive)
-        mu_nat_t = flow.value_at(drive - barrier) - flow.value_at(-barrier - drive)
-        drive_slope = -1.0 - preference.second_at(mu_nat)
-
-        out = np.zeros((n + 1 + LEDGER, n + 1 + LEDGER))
-        bending = shear_slope(t, theta) @ A
+        couple = moment(t, theta)
+        mu_t = (couple + (mu_nat[division.owner] - mu)) / damping
+        out = np.zeros((layout.size, layout.size))
+        bending = slope(t, theta) @ A
         out[:n, :n] = bending
         out[diagonal, diagonal] -= 1.0
-        out[:n, n] = 1.0
-        out[n, :n] = (up + down) * w
-        out[n, n] = (up + down) * drive_slope - (up - down) * barrier_slope
+        out[diagonal, columns] = 1.0
+        if damping != 1.0:
+            out[:n] /= damping
+        law.into_jacobian(out, mu, mu_nat, spent)
         weighted = w * mu_t
-        out[n + 1, :n] = weighted @ bending
-        out[n + 1, : n + 1] += (w * couple) @ out[:n, : n + 1]
-        out[n + 2, : n + 1] = 2.0 * weighted @ out[:n, : n + 1]
-        out[n + 3, : n + 1] = drive * out[n, : n + 1]
-        out[n + 3, :n] += mu_nat_t * w
-        out[n + 3, n] += mu_nat_t * drive_slope
+        state = slice(0, natural.stop)
+        out[work, :n] = weighted @ bending
+        out[work, state] += (w * couple) @ out[:n, state]
+        out[viscous, state] = 2.0 * damping * weighted @ out[:n, state]
         return out
 
     return jacobian
 
 
-def _excess(strut: Strut) -> Callable[[Array], tuple[float, float]]:
-    n, w = strut.grid.size, strut.grid.w
-    preference_slope, threshold = strut.laws.preference.slope_at, strut.laws.threshold.value_at
+def _unrest(model: Model, rate: Rate) -> Callable[[float, Array], float]:
+    n, w, natural = model.grid.size, model.grid.w, model.layout.natural_columns
 
-    def excess(y: Array) -> tuple[float, float]:
-        mu_nat = y.item(n)
-        drive = float(w.dot(y[:n])) - mu_nat - preference_slope(mu_nat)
-        return drive, abs(drive) - threshold(mu_nat)
+    def unrest(t: float, y: Array) -> float:
+        moving = rate(t, y)
+        return max(float(np.sqrt(w @ moving[:n] ** 2)), float(np.abs(moving[natural]).max()))
 
-    return excess
+    return unrest
