@@ -48,6 +48,7 @@ HOMES = {
     "h5py": {"motion"},
     "h5netcdf": {"motion"},
     "xarray": {"equilibria", "motion", "charts", "study", "show"},
+    "array_api_compat": {"numerics"},
     "scipy": {"numerics", "physics", "equilibria", "motion", "charts", "study"},
 }
 """The only layers in which a library may be imported. What is not named here and not NumPy is not imported at all."""
@@ -307,7 +308,7 @@ def test_every_dependency_is_pinned_above_its_bound() -> None:
         assert release(pins[name.lower().replace("_", "-")]) >= release(bound), requirement
     libraries = {module.split(".")[0] for path in sources() for module in imports(path)}
     declared = {re.split(r"[>=]", each)[0].lower() for each in project["project"]["dependencies"]}
-    names = {"PIL": "pillow", "pydantic_core": "pydantic"}
+    names = {"PIL": "pillow", "pydantic_core": "pydantic", "array_api_compat": "array-api-compat"}
     for library in libraries - set(sys.stdlib_module_names) - {"plastica"}:
         assert names.get(library, library).lower() in declared, f"{library} is imported, but not declared"
 

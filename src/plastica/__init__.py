@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
     from plastica.motion.longtime import omega_limit, time_one_map
+    from plastica.motion.many import solve_many
     from plastica.motion.solution import Solution
     from plastica.motion.solve import solve
     from plastica.motion.status import Status
@@ -83,6 +84,7 @@ _HOMES = {
     "report": "plastica.show.report",
     "rest": "plastica.equilibria.rest",
     "solve": "plastica.motion.solve",
+    "solve_many": "plastica.motion.many",
     "spectrum": "plastica.equilibria.spectrum",
     "thresholds": "plastica.charts.thresholds",
     "time_one_map": "plastica.motion.longtime",
@@ -131,6 +133,7 @@ __all__ = [
     "report",
     "rest",
     "solve",
+    "solve_many",
     "spectrum",
     "thresholds",
     "time_one_map",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
@@ -20,7 +20,14 @@ import sympy as sp
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ArrayFunction", "ScalarFunction", "array_function", "constant_value", "scalar_function"]
+__all__ = [
+    "ArrayFunction",
+    "ScalarFunction",
+    "array_function",
+    "compiled_with",
+    "constant_value",
+    "scalar_function",
+]
 
 ScalarFunction: TypeAlias = Callable[[float], float]
 ArrayFunction: TypeAlias = "Callable[[ArrayLike], NDArray[np.float64]]"
@@ -112,25 +119,61 @@ def constant_value(tree: Any, values: Mapping[str, float]) -> float:
     return cast("float", part)
 
 
+def compiled_with(
+    functions: Mapping[str, Any],
+    tree: Any,
+    variable: Any,
+    values: Mapping[str, float],
+    arguments: Mapping[Any, str],
+    argument_scale: float = 1.0,
+    value_scale: float = 1.0,
+) -> Callable[..., Any] | float:
+    """Compile (x, *arguments) -> value_scale * tree(argument_scale * x) on the functions of some library of arrays.
+
+    Parameters
+    ----------
+    functions : mapping of str to callable
+        What is called, by the names of `plastica.material.functions`, and "power".
+    tree, variable, values, argument_scale, value_scale
+        As in `array_function`.
+    arguments : mapping of sympy.Symbol to str
+        Symbols that are arguments besides the variable, in order, and their names there.
+
+    Returns
+    -------
+    callable or float
+        A float where the tree depends on no argument.
+    """
+    writer = _Writer(variable, values, scalar=False, arguments=arguments)
+    body = writer.statements(tree, argument_scale, value_scale)
+    return body if isinstance(body, float) else _compiled(body, dict(functions), ("x", *arguments.values()))
+
+
 class _Writer:
     """Writes a symbolic tree as statements `t1 = ...; t2 = ...; return ...`, folding what is constant."""
 
-    def __init__(self, variable: Any, values: Mapping[str, float], *, scalar: bool) -> None:
+    def __init__(
+        self, variable: Any, values: Mapping[str, float], *, scalar: bool, arguments: Mapping[Any, str] | None = None
+    ) -> None:
         self.variable, self.values, self.scalar = variable, values, scalar
         self.body: list[ast.stmt] = []
-        self.known: dict[Any, _Part] = {}
+        self.known: dict[Any, _Part] = {each: ast.Name(name, ast.Load()) for each, name in (arguments or {}).items()}
         self.may_raise = False
+
+    def statements(self, tree: Any, argument_scale: float, value_scale: float) -> list[ast.stmt] | float:
+        """Write value_scale * tree(argument_scale * x) as the body of a function; a float where it is one."""
+        if self.variable is not None:
+            self.known[self.variable] = self.kept(self.times(argument_scale, ast.Name("x", ast.Load())))
+        result = self.times(value_scale, self.part(tree))
+        return result if isinstance(result, float) else [*self.body, ast.Return(result)]
 
     def function(
         self, tree: Any, argument_scale: float, value_scale: float, otherwise: ScalarFunction | None = None
     ) -> Callable[..., Any] | float:
-        x: ast.expr = ast.Name("x", ast.Load())
-        if self.variable is not None:
-            self.known[self.variable] = self.kept(self.times(argument_scale, x))
-        result = self.times(value_scale, self.part(tree))
-        if isinstance(result, float):
-            return result
-        body = [*self.body, ast.Return(result)]
+        """Compile value_scale * tree(argument_scale * x); a float where it is constant."""
+        body = self.statements(tree, argument_scale, value_scale)
+        if isinstance(body, float):
+            return body
         if self.may_raise and otherwise is not None:
             body = [_guarded(body)]
         return _compiled(body, {**(_SCALAR if self.scalar else _ARRAY), "otherwise": otherwise, "raised": _RAISED})
@@ -276,9 +319,9 @@ def _guarded(body: list[ast.stmt]) -> ast.stmt:
     return ast.Try(body, [ast.ExceptHandler(ast.Name("raised", ast.Load()), None, [fallback])], [], [])
 
 
-def _compiled(body: list[ast.stmt], names: dict[str, Any]) -> Callable[..., Any]:
-    arguments = ast.arguments([], [ast.arg("x")], None, [], [], None, [])
-    definition = ast.FunctionDef(name="law", args=arguments, body=body, decorator_list=[])
+def _compiled(body: list[ast.stmt], names: dict[str, Any], arguments: Sequence[str] = ("x",)) -> Callable[..., Any]:
+    taken = ast.arguments([], [ast.arg(name) for name in arguments], None, [], [], None, [])
+    definition = ast.FunctionDef(name="law", args=taken, body=body, decorator_list=[])
     module = ast.fix_missing_locations(ast.Module([definition], []))
     code = next(c for c in compile(module, "<law>", "exec").co_consts if hasattr(c, "co_code"))
     return FunctionType(code, {**names, "__builtins__": {}})

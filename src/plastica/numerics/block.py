@@ -1,0 +1,301 @@
+"""A block of trajectories that take their steps together, each of its own length: the arithmetic of DOP853."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.numerics import dop853
+from plastica.numerics.arrays import AnyArray, Arrays
+
+__all__ = ["Block", "Rate", "block_of"]
+
+Array = NDArray[np.float64]
+Truth = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+Rate = Callable[[AnyArray, AnyArray, AnyArray, AnyArray], AnyArray]
+
+SAFETY, LEAST, MOST = 0.9, 0.2, 10.0
+"""Of the step's size: the share of the predicted one that is tried, and how much it may change at once."""
+
+ORDER: Final = 8
+
+# Where the state and the slopes lie in the stack, so that what a stage needs lies together. Slopes are times the step.
+_STATE: Final = 2
+_SLOPE: Final = (3, 1, 0, *range(4, 4 + dop853.STAGES - 3))
+_STACK: Final = 1 + dop853.STAGES
+
+
+@cache
+def _stages() -> tuple[tuple[int, int, Array], ...]:
+    """For each stage: first and last place in the stack, and what it takes of each in between."""
+    return tuple(_row(stage, 1.0) for stage in dop853.A[1:])
+
+
+def _row(taken: dict[int, float], of_state: float) -> tuple[int, int, Array]:
+    row = np.zeros(_STACK)
+    row[_STATE] = of_state
+    for j, value in taken.items():
+        row[_SLOPE[j]] = value
+    used = np.flatnonzero(row)
+    first, last = min(int(used[0]), _STATE), int(used[-1]) + 1
+    return first, last, row[first:last].copy()
+
+
+@cache
+def _result() -> Array:
+    """What the new state and the two errors take of the stack from the state on."""
+    rows = [_row(taken, share) for taken, share in ((dop853.B, 1.0), (dop853.E5, 0.0), (dop853.E3, 0.0))]
+    return np.stack([np.pad(row, (first - _STATE, _STACK - last)) for first, last, row in rows])
+
+
+@dataclass(eq=False)
+class Block:
+    """Columns under way; changed in place by its methods.
+
+    Attributes
+    ----------
+    arrays : Arrays
+        The library computed with.
+    rate : callable
+        The right-hand side for this width.
+    autonomous : bool
+        Whether the rate does not depend on time.
+    rtol : float
+        Relative tolerance.
+    stack : array, shape (13, rows, width)
+        The states and, while a step is made, its slopes times the step.
+    p : array, shape (parameters, width)
+        Parameters of the columns.
+    t, h, end, longest, atol, ceiling : array, shape (width,)
+        Time, size of the next step, where to land, longest step, tolerance, and how much the step may grow.
+    fresh : array of bool, shape (width,)
+        Which columns have yet to choose their first step.
+    alive : ndarray of bool, shape (width,)
+        Which columns hold a member that is under way; on the host, like what follows.
+    ids, leg, steps : ndarray of int, shape (width,)
+        Member, leg, and steps tried.
+    """
+
+    arrays: Arrays
+    rate: Rate
+    autonomous: bool
+    rtol: float
+    make: Callable[[int], Block] = field(repr=False)
+    stack: AnyArray
+    p: AnyArray
+    t: AnyArray
+    h: AnyArray
+    end: AnyArray
+    longest: AnyArray
+    atol: AnyArray
+    ceiling: AnyArray
+    fresh: AnyArray
+    alive: Truth
+    ids: Indices
+    leg: Indices
+    steps: Indices
+
+    def __post_init__(self) -> None:
+        arrays, (_, rows, width) = self.arrays, self.stack.shape
+        self.width, self.rows = int(width), int(rows)
+        self._any_fresh = True
+        self._changed = True
+        self._alive = self.fresh
+        self._most = arrays.of(np.full(width, MOST))
+        self._trial = arrays.empty(rows, width)
+        self._result = arrays.empty(3, rows, width)
+        self._stages = [(first, last, arrays.of(row)) for first, last, row in _stages()]
+        self._last = arrays.of(_result())
+        self._multiply, self._matmul = arrays.into("multiply"), arrays.into("matmul")
+
+    # -- what the host does between steps ----------------------------------------------------------------------
+
+    def place(self, columns: Indices, ids: Indices, y: Array, t: float, atol: Array) -> None:
+        """Let members into columns: their numbers, first states, time and tolerances."""
+        put = self.arrays.put_columns
+        self.ids[columns], self.steps[columns], self.alive[columns] = ids, 0, True
+        state = put(self.stack[_STATE, :, :], columns, y)
+        self.stack = self.arrays.put(self.stack, _STATE, state)
+        self.t = put(self.t, columns, np.full(len(columns), t))
+        self.atol = put(self.atol, columns, atol)
+        self._changed = True
+
+    def on_legs(
+        self, columns: Indices, legs: Indices, end: Array, longest: Array, fresh: Truth, parameters: Array
+    ) -> None:
+        """Send columns on their next legs: where to land, the longest step, and parameters."""
+        put = self.arrays.put_columns
+        self.leg[columns] = legs
+        self.end, self.longest = put(self.end, columns, end), put(self.longest, columns, longest)
+        self.fresh, self._any_fresh = put(self.fresh, columns, fresh), self._any_fresh or bool(fresh.any())
+        self.ceiling = put(self.ceiling, columns, np.full(len(columns), MOST))
+        self.p = put(self.p, columns, parameters)
+
+    def release(self, columns: Indices) -> None:
+        """Let the members of columns go; what is left there is computed on, and nobody looks at it."""
+        self.alive[columns] = False
+        self._changed = True
+
+    def narrowed(self, columns: Indices, width: int) -> Block:
+        """Return a block of another width with the members of these columns."""
+        block, count = self.make(width), len(columns)
+        to = np.arange(count)
+        for name in ("p", "t", "h", "end", "longest", "atol", "ceiling", "fresh"):
+            taken = self.arrays.host(getattr(self, name))[..., columns]
+            setattr(block, name, self.arrays.put_columns(getattr(block, name), to, taken))
+        state = self.arrays.put_columns(block.stack[_STATE, :, :], to, self.states(columns))
+        block.stack = self.arrays.put(block.stack, _STATE, state)
+        block.alive[:count] = True
+        for name in ("ids", "leg", "steps"):
+            getattr(block, name)[:count] = getattr(self, name)[columns]
+        block._any_fresh = self._any_fresh
+        return block
+
+    def states(self, columns: Any) -> Array:
+        """The states of columns, on the host; shape (rows, columns)."""
+        return self.arrays.host(self.stack[_STATE, :, :])[:, columns]
+
+    def times(self, columns: Any) -> Array:
+        """The times of columns, on the host."""
+        return np.asarray(self.arrays.host(self.t)[columns])
+
+    def sizes(self, columns: Any) -> Array:
+        """The sizes of the next steps, on the host."""
+        return np.asarray(self.arrays.host(self.h)[columns])
+
+    # -- a step ------------------------------------------------------------------------------------------------
+
+    def step(self) -> tuple[Truth, Truth]:
+        """Try one step of every column.
+
+        Returns
+        -------
+        landed, stuck : ndarray of bool, shape (width,)
+            Which columns have come to the end of their legs, and which can make no step however small.
+        """
+        xp, arrays = self.arrays.xp, self.arrays
+        if self._changed:
+            self._alive, self._changed = arrays.mask(self.alive), False
+        self._slope(0, self.t, self.stack[_STATE, ...])
+        if self._any_fresh:
+            self._choose_first_steps()
+        left = self.end - self.t
+        wanted = xp.minimum(self.h, self.longest)
+        # A step that would leave next to nothing goes all the way.
+        landing = 1.01 * wanted >= left
+        h = xp.where(landing, left, wanted)
+        self._scale(0, h)
+        self._evaluate_stages(h)
+        new, error = self._new_state_and_error(h)
+        accepted = (error <= 1.0) & self._alive
+        self.stack = arrays.put(self.stack, _STATE, arrays.chosen(accepted, new, self.stack[_STATE, ...]))
+        self.t = xp.where(accepted, xp.where(landing, self.end, self.t + h), self.t)
+        self._next_steps(h, error, accepted, landing)
+        self.steps += self.alive
+        stuck = self._alive & ~accepted & (h <= 1e-13 * xp.abs(self.t) + 1e-18 * xp.abs(self.end))
+        return arrays.host(accepted & landing), arrays.host(stuck)
+
+    def _slope(self, stage: int, t: AnyArray, y: AnyArray) -> None:
+        """Put the rate at a stage into its place in the stack."""
+        place = self.stack[_SLOPE[stage], ...] if self.arrays.writable else None
+        slope = self.rate(t, y, self.p, place)
+        if place is None:
+            self.stack = self.arrays.put(self.stack, _SLOPE[stage], slope)
+
+    def _scale(self, stage: int, h: AnyArray) -> None:
+        """Multiply a slope by the step."""
+        place = self.stack[_SLOPE[stage], ...]
+        scaled = self._multiply(place, h, place)
+        if scaled is not place:
+            self.stack = self.arrays.put(self.stack, _SLOPE[stage], scaled)
+
+    def _evaluate_stages(self, h: AnyArray) -> None:
+        flat = (-1, self.rows * self.width)
+        xp, trial = self.arrays.xp, self._trial
+        target = None if trial is None else xp.reshape(trial, (1, -1))
+        t = self.t
+        for stage, (first, last, row) in enumerate(self._stages, 1):
+            among = xp.reshape(self.stack[first:last, ...], flat)
+            y = self._matmul(xp.reshape(row, (1, -1)), among, target)
+            if not self.autonomous:
+                t = self.t + dop853.C[stage] * h
+            self._slope(stage, t, xp.reshape(y, (self.rows, self.width)))
+            self._scale(stage, h)
+
+    def _new_state_and_error(self, h: AnyArray) -> tuple[AnyArray, AnyArray]:
+        """The new state, and its error in units of the tolerance as DOP853 estimates it."""
+        xp = self.arrays.xp
+        target = None if self._result is None else xp.reshape(self._result, (3, -1))
+        among = xp.reshape(self.stack[_STATE:, ...], (_STACK - _STATE, -1))
+        result = xp.reshape(self._matmul(self._last, among, target), (3, self.rows, self.width))
+        new = result[0, ...]
+        size = xp.maximum(xp.abs(self.stack[_STATE, ...]), xp.abs(new))
+        scale = size * self.rtol + self.atol
+        fifth, third = (xp.sum((result[k, ...] / scale) ** 2, axis=0) for k in (1, 2))
+        return new, fifth / (xp.sqrt((fifth + 0.01 * third) * float(self.rows)) + 1e-300)
+
+    def _next_steps(self, h: AnyArray, error: AnyArray, accepted: AnyArray, landing: AnyArray) -> None:
+        xp = self.arrays.xp
+        predicted = SAFETY * xp.maximum(error, self.arrays.number(1e-12)) ** (-1.0 / ORDER)
+        factor = xp.where(xp.isnan(predicted), LEAST, xp.minimum(xp.maximum(predicted, LEAST), self.ceiling))
+        following = h * factor
+        # A step cut short to land says little about the next one.
+        self.h = xp.where(accepted & landing, xp.maximum(following, self.h), following)
+        self.ceiling = xp.where(accepted, self._most, 1.0)
+
+    def _choose_first_steps(self) -> None:
+        """Choose first steps by the size of the state and of its slope (Hairer, Norsett and Wanner, II.4)."""
+        xp, y, slope = self.arrays.xp, self.stack[_STATE, ...], self.stack[_SLOPE[0], ...]
+        scale = xp.abs(y) * self.rtol + self.atol
+        size, speed = (xp.sqrt(xp.sum((each / scale) ** 2, axis=0) / self.rows) for each in (y, slope))
+        least = 1e-6 * (self.end - self.t)
+        by_size = xp.where((size < 1e-5) | (speed < 1e-5), least, 0.01 * size / speed)
+        by_order = (0.01 / xp.maximum(speed, self.arrays.number(1e-15))) ** (1.0 / ORDER)
+        first = xp.minimum(100.0 * by_size, by_order)
+        self.h = xp.where(self.fresh, xp.where(xp.isfinite(first), first, least), self.h)
+        self.fresh, self._any_fresh = xp.zeros_like(self.fresh), False
+
+
+def block_of(system: Any, arrays: Arrays, rtol: float, width: int, parameters: int) -> Block:
+    """Return an empty block.
+
+    Parameters
+    ----------
+    system : System
+        What is integrated.
+    arrays : Arrays
+        The library to compute with.
+    rtol : float
+        Relative tolerance.
+    width : int
+        How many columns.
+    parameters : int
+        How many parameters a column has.
+
+    Returns
+    -------
+    Block
+    """
+
+    def filled(value: float, *shape: int) -> AnyArray:
+        return arrays.of(np.full((*shape, width), value))
+
+    return Block(
+        arrays,
+        system.rate(arrays, width),
+        system.autonomous,
+        rtol,
+        lambda other: block_of(system, arrays, rtol, other, parameters),
+        stack=filled(0.0, _STACK, system.rows),
+        p=filled(1.0, parameters),
+        **{name: filled(1.0) for name in ("t", "h", "end", "longest", "atol", "ceiling")},
+        fresh=arrays.mask(np.zeros(width)),
+        alive=np.zeros(width, dtype=bool),
+        **{name: np.zeros(width, dtype=np.intp) for name in ("ids", "leg", "steps")},
+    )
