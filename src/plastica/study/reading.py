@@ -13,7 +13,7 @@ from plastica.errors import ScenarioError, shown
 from plastica.files import read_bytes
 from plastica.study.tokens import KeyPath, TooMuchError, index_lines, key_text, line_of, tokens
 
-__all__ = ["LARGEST_FILE", "MOST_ENTRIES", "Document", "read_document"]
+__all__ = ["LARGEST_FILE", "MOST_ENTRIES", "Document", "document_of", "read_document"]
 
 LARGEST_FILE: Final = 1_000_000
 """Bytes of a scenario file."""
@@ -74,7 +74,14 @@ def read_document(file: str | Path) -> Document:
         Where it is not TOML, not UTF-8, or nested too deep; with the line.
     """
     source = Path(file)
-    text = _decoded(read_bytes(source, limit=LARGEST_FILE), source)
+    return document_of(_decoded(read_bytes(source, limit=LARGEST_FILE), source), source)
+
+
+def document_of(text: str, file: str | Path) -> Document:
+    """Read TOML text as if it stood in a file; see `read_document`."""
+    source = Path(file)
+    if len(text) > LARGEST_FILE:
+        raise _refuse(source, f"the text must have at most {LARGEST_FILE} characters, but has {len(text)}.")
     data, lines = _parsed(text, source)
     problems = tuple(_unusable(data, (), lines))
     if problems:
