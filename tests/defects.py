@@ -48,7 +48,7 @@ def rate(change: Change) -> Callable[[Patch], None]:
 
         return spoiled
 
-    return replacing(kernel, "_rate", made)
+    return replacing(kernel, "_uniform_rate", made)
 
 
 def jacobian(row: int, column: int) -> Callable[[Patch], None]:
@@ -80,7 +80,7 @@ def couple(change: Callable[[Strut, float, Array, Array], Array]) -> Callable[[P
 
         return spoiled
 
-    return replacing(kernel, "_shear", made)
+    return replacing(kernel, "load_moment", made)
 
 
 def quadrature(name: str, matrix: Callable[[pl.Grid, Array], Array]) -> Callable[[Patch], None]:
@@ -176,17 +176,12 @@ def unweighted(strut: Strut, _t: float, _y: Array, out: Array) -> None:
 
 def late_switch(sound: Any) -> Any:
     """Onset and arrest are taken at the end of the step in which they fall."""
-    return lambda kern, dense, lower, upper, moving: upper
+    return lambda kern, dense, lower, upper, moving, segment: upper
 
 
 def thawed(sound: Any) -> Any:
     """What was frozen up to a switch is not kept: some of what follows it stays in its last step."""
-
-    def history(self: Any) -> Any:
-        self.cut_frozen = False
-        return sound(self)
-
-    return history
+    return property(lambda self: [])
 
 
 def single_precision(sound: Any) -> Any:
@@ -242,7 +237,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "no coupling in the Jacobian": jacobian(-1, 0),
     "no natural dissipation in the Jacobian": jacobian(3, 0),
     "switches at the end of the step": replacing(integrate, "_switch", late_switch),
-    "frozen but for its last step": replacing(integrate._Recorder, "history", thawed),
+    "frozen but for its last step": replacing(integrate._Recorder, "frozen", thawed),
     "potential of the other sign": replacing(ledger, "potential", lambda sound: lambda *a: -sound(*a)),
     "half the energy in the bound": replacing(bounds, "bounds_of_energy", less_energy),
     "half the growth": replacing(bounds, "_growth", slower_growth),

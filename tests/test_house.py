@@ -185,7 +185,19 @@ def fields(node: ast.ClassDef) -> list[str]:
             return parameters(child)
     given = [c for c in node.body if isinstance(c, ast.AnnAssign) and isinstance(c.target, ast.Name)]
     own = [c for c in given if "ClassVar" not in ast.unparse(c.annotation) and "init=False" not in ast.unparse(c)]
-    return [c.target.id for c in own if isinstance(c.target, ast.Name)]
+    inherited = [name for base in node.bases for name in fields(classes()[ast.unparse(base)])] if is_model(node) else []
+    return inherited + [c.target.id for c in own if isinstance(c.target, ast.Name)]
+
+
+def is_model(node: ast.ClassDef) -> bool:
+    """The two models share the fields of their abstract base."""
+    return [ast.unparse(base) for base in node.bases] == ["Model"]
+
+
+@cache
+def classes() -> dict[str, ast.ClassDef]:
+    """Every class of the package by its name."""
+    return {node.name: node for path in sources() for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)}
 
 
 def parameters(node: ast.FunctionDef) -> list[str]:

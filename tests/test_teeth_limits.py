@@ -29,8 +29,8 @@ def _always(value: float) -> Callable[[Patch], None]:
 def _jacobian_of_a_longer_rod(patch: Patch) -> None:
     from plastica.equilibria import rest
 
-    sound = rest.kernel
-    patch.setattr(rest, "kernel", lambda strut, start, end: sound(strut.with_load(_heavier(strut)), start, end))
+    sound = rest.load_moment
+    patch.setattr(rest, "load_moment", lambda strut, start, end: sound(strut.with_load(_heavier(strut)), start, end))
 
 
 def _heavier(strut: Any) -> Any:

@@ -150,7 +150,9 @@ def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
     pushed = not {name for name, _ in strut.loads.sources()} - {"thrust"} and strut.load.is_constant
     if not pushed or strut.loads.thrust(0.0) < 0.0:
         raise ArgumentError(
-            "must be a constant thrust alone, not a tension, for a limit to be predicted", where="load", value=strut.load
+            "must be a constant thrust alone, not a tension, for a limit to be predicted",
+            where="load",
+            value=strut.load,
         )
     state = np.asarray(mu, dtype=float) * strut.scales.length
     if state.shape != (strut.grid.size,) or not np.isfinite(state).all():

@@ -140,7 +140,8 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     Parameters
     ----------
     model : Strut or Rod
-        The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` becomes 48 nodes.
+        The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` becomes
+        48 nodes.
     curvature : number, text in s, function, Shape or nodal values
         Where to start from, as in `solve`: of several static shapes, the one downhill from here.
     natural_curvature : number, or text with a unit, or a sequence of these

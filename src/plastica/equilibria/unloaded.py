@@ -18,8 +18,8 @@ SAMPLES = 4001
 def left_without_load(laws: Laws, mu_nat: ArrayLike) -> Array:
     """Return the natural curvatures that rods relaxed onto these come to rest with when no load acts.
 
-    Without load mu = mu_nat, hence D = -kappa'(mu_nat): what is within its threshold stays; the rest goes downhill in the
-    preference energy until |kappa'(m)| = Theta(m).
+    Without load mu = mu_nat, hence D = -kappa'(mu_nat): what is within its threshold stays; the rest goes downhill in
+    the preference energy until |kappa'(m)| = Theta(m).
 
     Parameters
     ----------

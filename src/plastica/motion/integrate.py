@@ -106,8 +106,8 @@ def integrate(
     options : Options
         Method and tolerances.
     moving : tuple of bool, optional
-        Whether the natural curvature of each segment moves at the start; None looks at the state. A run taken up again passes the
-        former leg's `moving_next`.
+        Whether the natural curvature of each segment moves at the start; None looks at the state. A run taken up again
+        passes the former leg's `moving_next`.
     taken : int
         Steps taken before; the run ends where they reach `options.most_steps`.
     stop : callable, optional
@@ -155,6 +155,7 @@ class _Recorder:
     def __init__(self, t: float, y: Array, method: str, layout: Layout, moving: tuple[bool, ...]) -> None:
         self.method, self.t, self.y, self.layout, self.moving = method, t, y, layout, moving
         self.steps: list[tuple[Any, float, float, Array]] = []
+        self.cut = False
 
     @property
     def frozen(self) -> list[int]:
@@ -183,9 +184,10 @@ class _Recorder:
         y[first[1:] - 1] = [step[3] for step in self.steps]
         y[0] = self.y
         # The step that meets an onset already holds some of what follows it, and beside segments that move a solver's
-        # linear algebra may round: what is frozen keeps its bits.
-        frozen = self.frozen
-        y[:, frozen] = self.y[frozen]
+        # linear algebra may round on every step: what is frozen keeps its bits.
+        if self.cut or any(self.moving):
+            frozen, since = self.frozen, 0 if any(self.moving) else first[-2]
+            y[since:, frozen] = self.y[frozen]
         return History(t, y, first)
 
     def _degree(self, dense: Any) -> int:
@@ -236,6 +238,7 @@ def _leg(
                 if switch > record.t:
                     if switch > lower:
                         record.add(dense, lower, switch, dense(switch))
+                    record.cut = True
                     ending = "switched"
                     break
                 record.moving = moving

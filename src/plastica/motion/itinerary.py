@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from plastica.motion.integrate import Stretch
-from plastica.physics.program import Program
 from plastica.physics.model import Model
+from plastica.physics.program import Program
 
 __all__ = ["itinerary", "landing_points"]
 

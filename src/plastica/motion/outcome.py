@@ -200,7 +200,8 @@ def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) 
         going = "creeps on" if all(load(solution.history.end) == 0.0 for _, load in strut.loads.items()) else "would go"
         moved += f" and {going} to {curvature(end)} without load"
     return (
-        f"{headline}. {where}; {moved}. Without load the free end comes to rest {length(off)} away from where it did at first."
+        f"{headline}. {where}; {moved}. Without load the free end comes to rest {length(off)} away from where it did "
+        "at first."
     )
 
 

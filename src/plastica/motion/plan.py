@@ -250,7 +250,7 @@ def _initial_rate(given: Curvature, model: Model, grid: Grid) -> tuple[Shape | N
 
 
 def _swing(strut: Model, y0: Array) -> float:
-    """The curvature that an initial rate of curvature leads to: rate over the lowest frequency, or what damping leaves."""
+    """About the curvature that an initial rate of curvature leads to: the rate over a frequency."""
     mu_t = strut.layout.mu_t(y0)
     if mu_t is None or not isinstance(strut, Rod):
         return 0.0

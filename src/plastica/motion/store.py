@@ -27,7 +27,7 @@ from plastica.physics.strut import Strut
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["SCHEMA", "read", "model_from_dict", "model_to_dict", "write"]
+__all__ = ["SCHEMA", "model_from_dict", "model_to_dict", "read", "write"]
 
 SCHEMA = 1
 """Version of the file's layout. A later one must still read this one: see CONTRIBUTING, "Files"."""

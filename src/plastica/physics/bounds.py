@@ -38,8 +38,8 @@ class Bounds:
         Of |D|.
     growth : float
         C of continuous dependence: two motions that obey these bounds part at most like exp(C t), measured by
-        (|mu_1 - mu_2|^2 + (mu_nat_1 - mu_nat_2)^2)^(1/2), squares of natural curvatures weighted by the lengths of their
-        segments. Infinite for a rod with inertia, for which the theory gives none.
+        (|mu_1 - mu_2|^2 + (mu_nat_1 - mu_nat_2)^2)^(1/2), squares of natural curvatures weighted by the lengths of
+        their segments. Infinite for a rod with inertia, for which the theory gives none.
     """
 
     energy: float
@@ -97,7 +97,8 @@ def bounds_of_energy(strut: Model, energy: float, end: float) -> Bounds:
     shortest = float(strut.division.lengths.min())
     natural = largest_natural_curvature(strut.laws, energy / shortest)
     m = np.linspace(-natural, natural, SAMPLES) if np.isfinite(natural) else np.zeros(1)
-    drive = bending / np.sqrt(shortest) + float(np.abs(strut.laws.preference.slope(m)).max()) if np.isfinite(natural) else natural
+    steepest = float(np.abs(strut.laws.preference.slope(m)).max())
+    drive = float(bending / np.sqrt(shortest)) + steepest if np.isfinite(natural) else natural
     slope = sum(max(map(abs, program.extreme(end))) for program in (loads.thrust, loads.transverse, loads.weight))
     growth = float("inf") if strut.has_inertia else _growth(strut.laws, m, drive, slope, strut.damping)
     return Bounds(energy, bending, natural, bending + 2.0 * natural, drive, growth)

@@ -39,24 +39,22 @@ class _Constants(NamedTuple):
     spin: Array
     unwind: Array
     rotary: float
-    translation: float
     damping: float
 
 
 def _constants(model: Model) -> tuple[Rod, _Constants]:
     if not isinstance(model, Rod):
         raise ArgumentError("must be a pl.Rod", where="model", value=model)
-    A, B, root = model.grid.A, model.grid.B, np.sqrt(model.grid.w)
+    root = np.sqrt(model.grid.w)
     symmetric = root[:, None] * model.momentum / root
     return model, _Constants(
         root,
         0.5 * (symmetric + symmetric.T) * float(model.translational_inertia or 0.0),
-        root[:, None] * np.linalg.inv(B),
+        root[:, None] * np.linalg.inv(model.grid.B),
         model.turning / root,
         np.asarray(np.linalg.inv(model.turning), dtype=float),
         model.layout.unwind,
         float(model.rotary_inertia or 0.0),
-        float(model.translational_inertia or 0.0),
         float(model.damping or 0.0),
     )
 

@@ -61,7 +61,7 @@ def kernel(model: Model, start: float, end: float) -> Kernel:
 
 
 def load_moment(model: Model, start: float, end: float) -> tuple[Moment, Moment]:
-    """Functions (t, theta) -> couple of the loads and (t, theta) -> its slope by theta, without work for absent loads."""
+    """Functions of (t, theta): couple of the loads, and its slope by theta, without work for absent loads."""
     thrust, transverse, couple, weight = (
         program.on(start, end)
         for program in (model.loads.thrust, model.loads.transverse, model.loads.couple, model.loads.weight)

@@ -20,9 +20,9 @@ LEDGER = 3
 class Layout:
     """y = (mu at the n nodes, mu_nat of the m segments, the ledger, and with inertia the swing at the n nodes).
 
-    The swing S mu_t stands for the rate of curvature: measured by it, an error costs as much energy as the same error of
-    the curvature, at whatever wave length. Errors of mu_t itself would be all but those of the shortest waves, and
-    solvers would follow these with steps a thousand times too short.
+    The swing S mu_t stands for the rate of curvature: measured by it, an error costs as much energy as the same error
+    of the curvature, at whatever wave length. Errors of mu_t itself are all but those of the shortest waves: on the
+    problem BEAM solvers that look at them take fifty times the steps.
 
     Parameters
     ----------

@@ -54,8 +54,16 @@ class Rod(Model):
 
     Parameters
     ----------
-    material, load, grid, specimen, natural_segments
-        As for `Strut`.
+    material : Material
+        The three laws kappa, f and Theta.
+    load : Load
+        Thrust, transverse force and couple at the free end, and weight along the rod.
+    grid : Grid
+        Where the curvature is kept, as for `Strut`.
+    specimen : Specimen, optional
+        With one, loads, laws, initial data and results are in SI units, and it says inertias and damping.
+    natural_segments : int or sequence of float
+        Segments of uniform natural curvature, as for `Strut`.
     translational_inertia : float, optional
         eps1 = rho A L^4/(EI T^2), dimensionless. By default that of the specimen; 0 without one.
     rotary_inertia : float, optional
@@ -181,7 +189,7 @@ class Rod(Model):
         return first, natural_t, mu_tt.reshape(curvature.shape)
 
     def contact(self, t: ArrayLike, mu: ArrayLike, mu_nat: ArrayLike, mu_t: ArrayLike | None = None) -> Contact:
-        """Contact force n = n_load - eps1 J* r_tt and couple M = mu - mu_nat + delta mu_t, along the rod and at the clamp.
+        """Contact force n = n_load - eps1 J* r_tt and couple M = mu - mu_nat + delta mu_t, along the rod, at the clamp.
 
         Arguments as of `rate`. At the clamp M(0) = m1 + int [n.b - eps0 theta_tt], from the balance of moments.
         """

@@ -1,7 +1,7 @@
 """The rod cut into segments, on each of which the natural curvature is uniform.
 
-One segment is the rod of the paper. Values "by segment" have a last axis of length m, which is left out where m = 1: the
-natural curvature of the paper's rod is a number, not a row of one.
+One segment is the rod of the paper. Values "by segment" have a last axis of length m, which is left out where m = 1:
+the natural curvature of the paper's rod is a number, not a row of one.
 """
 
 from __future__ import annotations

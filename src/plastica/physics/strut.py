@@ -55,7 +55,7 @@ class Strut(Model):
         super().__post_init__()
         if self.specimen is not None and self.specimen.damping != 1.0:
             raise ArgumentError(
-                "must have a retardation time for a strut, which without viscosity or inertia has no equation of motion",
+                "must have a retardation time for a strut, which has no equation of motion without viscosity",
                 where="specimen",
                 next_step="Give `retardation_time`, or take a pl.Rod.",
             )
