@@ -130,7 +130,7 @@ def test_the_package_names_what_it_has() -> None:
     for name in pl.__all__:
         assert getattr(pl, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'fit'"):
-        _ = pl.Rod
+        _ = pl.fit
 
 
 def test_type_checkers_see_what_users_get() -> None:
