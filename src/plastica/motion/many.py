@@ -120,9 +120,9 @@ def solve_many(
     -------
     xarray.Dataset
         Over `member` (and `t`, where times are given): natural_curvature, drive, threshold, tip_x, tip_y, tip_angle,
-        liapunov. Over `member`: time_reached, status (a code as in `Status`; "done" where it went well), method
-        ("DOP853" in the batch, "LSODA" where solved singly), steps, nodes; and what `also` asks for. nan where a
-        member did not come to a time.
+        largest_angle, liapunov. Over `member`: time_reached, status (a code as in `Status`; "done" where it went
+        well), method ("DOP853" in the batch, "LSODA" where solved singly), steps, nodes; and what `also` asks for. nan
+        where a member did not come to a time.
 
     Raises
     ------

@@ -272,7 +272,7 @@ def readings(struts: Struts, y: Array, own: Array, loads: Mapping[str, Array]) -
     Returns
     -------
     dict of ndarray, shape (members,)
-        natural_curvature, drive, threshold, tip_x, tip_y, tip_angle and liapunov: the stored energy
+        natural_curvature, drive, threshold, tip_x, tip_y, tip_angle, largest_angle and liapunov: the stored energy
         1/2 int (mu - mu_nat)^2 + kappa(mu_nat) and the potential of the dead loads (design, section 1.2).
     """
     # In columns by the dozen, row by row, no sum depends on which members are beside one another.
@@ -302,6 +302,7 @@ def _readings(struts: Struts, y: Array, own: Array, loads: Mapping[str, Array]) 
         "tip_x": whole(cos),
         "tip_y": whole(sin),
         "tip_angle": mean,
+        "largest_angle": np.maximum(np.abs(theta).max(axis=0), np.abs(mean)),
         "liapunov": stored + whole(along * cos - across * sin) - end_couple * mean,
     }
 
