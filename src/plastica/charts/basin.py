@@ -18,7 +18,7 @@ from plastica.errors import ArgumentError
 from plastica.motion.longtime import omega_limit
 from plastica.numerics.grid import Grid
 from plastica.physics.scales import unit_of
-from plastica.physics.strut import Strut
+from plastica.physics.strut import Strut, uniform_strut
 
 if TYPE_CHECKING:
     import xarray
@@ -166,8 +166,7 @@ def basin(
 
     Checked by test_basins_part_at_the_edge.
     """
-    if not isinstance(strut, Strut):
-        raise ArgumentError("must be a pl.Strut", where="strut", value=strut)
+    uniform_strut(strut, "strut")
     if not strut.load.is_constant or {name for name, _ in strut.loads.sources()} - {"thrust"}:
         raise ArgumentError("must be a constant thrust alone", where="load", value=strut.load)
     sizes, naturals = _numbers(amplitude, "amplitude"), _numbers(natural_curvature, "natural_curvature")

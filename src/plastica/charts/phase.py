@@ -28,6 +28,7 @@ from plastica.motion.solution import Solution
 from plastica.physics.amounts import plain
 from plastica.physics.laws import laws_of
 from plastica.physics.scales import Scales, Specimen, unit_of
+from plastica.physics.strut import Strut, uniform_strut
 
 if TYPE_CHECKING:
     import xarray
@@ -380,10 +381,10 @@ def _conventions(si: bool) -> str:
     return words + ("all else in SI" if si else "all else dimensionless: lengths in L, forces in EI/L^2")
 
 
-def _checked_run(solution: object, material: Material, specimen: Specimen | None) -> Any:
+def _checked_run(solution: object, material: Material, specimen: Specimen | None) -> Strut:
     if not isinstance(solution, Solution):
         raise ArgumentError("must be a pl.Solution", where="solution", value=solution)
-    strut = solution.model
+    strut = uniform_strut(solution.model, "solution")
     if strut.material != material or strut.specimen != specimen:
         raise ArgumentError("must be a run of the diagram's own material and specimen", where="solution")
     if others := {name for name, _ in strut.loads.sources()} - {"thrust"}:

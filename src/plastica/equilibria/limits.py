@@ -20,7 +20,7 @@ from plastica.equilibria.spectrum import spectrum, unstable_count
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws
 from plastica.physics.initial import initial_natural_curvature
-from plastica.physics.strut import Strut
+from plastica.physics.strut import Strut, uniform_strut
 
 if TYPE_CHECKING:
     import xarray
@@ -143,10 +143,7 @@ def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
     Limits: a state far from the curve of equilibria, as every run is at its beginning, is "undecided"; integrate
     further and ask again.
     """
-    if not isinstance(strut, Strut) or strut.segments > 1:
-        raise ArgumentError(
-            "must be a pl.Strut with one natural segment, for which alone limits are known", where="strut", value=strut
-        )
+    uniform_strut(strut, "strut")
     pushed = not {name for name, _ in strut.loads.sources()} - {"thrust"} and strut.load.is_constant
     if not pushed or strut.loads.thrust(0.0) < 0.0:
         raise ArgumentError(

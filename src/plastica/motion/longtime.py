@@ -14,7 +14,7 @@ from plastica.motion.solve import solve
 from plastica.numerics.grid import Grid
 from plastica.physics.initial import Curvature
 from plastica.physics.load import Load
-from plastica.physics.strut import Strut
+from plastica.physics.strut import Strut, uniform_strut
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
@@ -120,6 +120,7 @@ def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e
     ArgumentError
         Where the load varies, or the state does not fit the grid.
     """
+    uniform_strut(strut, "strut")
     if not strut.load.is_constant:
         raise ArgumentError("must be constant for a time-one map", where="load", value=strut.load)
     sol = solve(strut, np.asarray(mu, dtype=float), mu_nat, until=strut.scales.time, rtol=rtol)
@@ -160,6 +161,7 @@ def omega_limit(
     ArgumentError
         Where the start cannot be used, or the load is not a constant thrust.
     """
+    uniform_strut(strut, "strut")
     if strut.grid.nodes == "auto":
         strut = strut.with_grid(Grid(24, strut.grid.breaks))
     sol = solve(strut, curvature, natural_curvature, until=FIRST_LOOK * strut.scales.time, rtol=rtol)

@@ -229,7 +229,8 @@ def make_problem(
     notes: tuple[str, ...] = ()
     if added:
         notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
-    across = (program for name, program in strut.loads.sources() if name in ("transverse", "couple"))
+    bending = ("transverse", "couple", *(("weight",) if strut.loads.weight_angle else ()))
+    across = (program for name, program in strut.loads.sources() if name in bending)
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
     amplitude = max(float(np.abs(y0[: strut.layout.natural_columns.stop]).max()), loads, _swing(strut, y0))
     return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from plastica.errors import ArgumentError
 from plastica.physics.model import Model
 
-__all__ = ["Strut"]
+__all__ = ["Strut", "uniform_strut"]
 
 Array = NDArray[np.float64]
 
@@ -95,3 +95,21 @@ class Strut(Model):
         curvature, natural = np.asarray(mu, dtype=float), np.asarray(mu_nat, dtype=float)
         mu_t = self.couple(t, curvature) - (curvature - self.division.spread(natural))
         return mu_t, self.natural_rate(curvature, natural)
+
+
+def uniform_strut(model: object, where: str) -> Strut:
+    """Return a model that is a strut with one natural curvature, the only one for which limits and charts are known.
+
+    Raises
+    ------
+    ArgumentError
+        Where it is none.
+    """
+    if not isinstance(model, Strut) or model.segments > 1:
+        raise ArgumentError(
+            "must be a pl.Strut with one natural segment, for which alone the theory holds",
+            where=where,
+            value=f"one of {model.segments} segments" if isinstance(model, Strut) else type(model).__name__,
+            next_step="Static shapes of any rod come from pl.rest, its motion from pl.solve.",
+        )
+    return model
