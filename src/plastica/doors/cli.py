@@ -111,14 +111,15 @@ def check(scenario: Path, as_json: bool) -> int:
     show_default=True,
     help="Kind of numbers.",
 )
-def new(file: Path, units: Any) -> int:
+@click.option("--inertia", is_flag=True, help="A rod that has mass, and swings.")
+def new(file: Path, units: Any, inertia: bool) -> int:
     """Write a commented scenario that runs to FILE (scenario.toml unless named; - prints it)."""
     from plastica.study.template import template, write_template
 
     if str(file) == "-":
-        click.echo(template(units), nl=False)
+        click.echo(template(units, inertia=inertia), nl=False)
         return DONE
-    write_template(file, units)
+    write_template(file, units, inertia=inertia)
     click.echo(f"{file} written. Next: plastica check {file}, then plastica run {file}")
     return DONE
 

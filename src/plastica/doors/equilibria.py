@@ -102,6 +102,7 @@ def spectrum(
     from plastica.equilibria.spectrum import spectrum as spectrum_of
 
     rod = held(scenario, thrust, gamma)
+    _ = rod.strut
     place = equilibrium(rod.material, rod.gamma, rod.clamp_curvature(alpha), specimen=rod.specimen)
     found = spectrum_of(place, count)
     return _told(spectrum_facts(rod, found), "print_spectrum", found, as_json, picture)

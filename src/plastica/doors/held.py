@@ -17,6 +17,7 @@ from plastica.material.material import Material
 from plastica.physics.amounts import finite
 from plastica.physics.load import Load
 from plastica.physics.scales import Scales, Specimen
+from plastica.physics.strut import Strut
 from plastica.study.scenario import Scenario, read_scenario
 
 __all__ = ["Held", "held", "span"]
@@ -63,6 +64,24 @@ class Held:
         return self.scenario.model.specimen
 
     @property
+    def strut(self) -> Strut:
+        """The rod on its grid.
+
+        Raises
+        ------
+        ArgumentError
+            Where it has inertia: rates are those of a rod without.
+        """
+        model = self.scenario.problem.strut
+        if not isinstance(model, Strut):
+            raise ArgumentError(
+                "must be left out where rates are asked for, which are those of a rod without inertia",
+                where=f"{self.file}: inertia",
+                next_step="Leave the section out, and give the specimen a retardation time.",
+            )
+        return model
+
+    @property
     def scales(self) -> Scales:
         """From dimensionless numbers to those of the scenario."""
         return self.scenario.model.scales
@@ -77,10 +96,9 @@ class Held:
         """
         if given is not None:
             return _number(given, "1/m", "--alpha", self.specimen, self.scales.curvature)
-        problem = self.scenario.problem
-        size = problem.strut.grid.size
-        strut, mu_nat = problem.strut.with_load(Load(thrust=self.gamma * self.scales.force)), float(problem.y0[size])
-        shape = settle(strut, problem.y0[:size], mu_nat)
+        strut, y = self.strut.with_load(Load(thrust=self.gamma * self.scales.force)), self.scenario.problem.y0
+        mu_nat = float(strut.layout.natural(y))
+        shape = settle(strut, strut.layout.mu(y), mu_nat)
         alpha = float(strut.curvature_between([0.0], shape.mu[None, :], [0.0])[0, 0])
         exact = [each.alpha for each in equilibria_at(self.gamma, mu_nat)]
         nearest = min(exact, key=lambda each: abs(each - alpha), default=math.inf)
@@ -126,7 +144,8 @@ def held(file: Path, thrust: str | None, gamma: float | None) -> Held:
     Raises
     ------
     PlasticaError
-        Where the scenario has mistakes, has loads beside a thrust, or the thrust is given twice or is no thrust.
+        Where the scenario has mistakes, has loads beside a thrust or several segments, or the thrust is given twice or
+        is no thrust.
     """
     if thrust is not None and gamma is not None:
         raise ArgumentError("must not be given together with --thrust", where="--gamma", value=gamma)
@@ -139,6 +158,13 @@ def held(file: Path, thrust: str | None, gamma: float | None) -> Held:
             where=f"{file}: load",
             value=", ".join(others),
             next_step="Leave the other loads out; plastica run follows a rod under any of them.",
+        )
+    if strut.segments > 1:
+        raise ArgumentError(
+            "must be 1 where equilibria are asked for",
+            where=f"{file}: grid.natural_segments",
+            value=strut.segments,
+            next_step="Leave it out; plastica run follows a rod with several.",
         )
     if thrust is not None:
         value = _number(thrust, "N", "--thrust", scenario.model.specimen, scenario.model.scales.force)

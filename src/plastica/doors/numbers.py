@@ -7,16 +7,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from plastica.physics.rod import Rod
 from plastica.physics.scales import unit_of
 from plastica.units import format_quantity
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
-    from plastica.physics.strut import Strut
+    from plastica.physics.model import Model
     from plastica.study.scenario import Scenario
 
 __all__ = ["check_facts", "clean", "result_facts", "shown"]
+
+
+MOST_SHOWN = 4
+"""Segments whose natural curvatures are told one by one."""
 
 
 def clean(value: Any) -> Any:
@@ -30,8 +36,12 @@ def clean(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def shown(value: float, unit: str) -> str:
-    """Write a number for people, with its unit."""
+def shown(value: float | list[float], unit: str) -> str:
+    """Write a number for people, with its unit; of many, one for each segment, the least and the greatest."""
+    if isinstance(value, list):
+        if len(value) > MOST_SHOWN:
+            return f"{shown(min(value), unit)} to {shown(max(value), unit)} ({len(value)} segments)"
+        return ", ".join(shown(each, unit) for each in value)
     return f"{value:.4g}" if unit in ("", "1") else format_quantity(value, unit)
 
 
@@ -42,16 +52,16 @@ def result_facts(solution: Solution) -> dict[str, Any]:
     outcome, ledger, strut, scales = solution.outcome, solution.ledger, solution.model, solution.model.scales
     unit = {kind: unit_of(kind, strut.specimen is None) for kind in ("time", "curvature", "length")}
     # The result may be asked for at a few times only; the story is told from its first to its last state.
-    first, last, n = solution.history.y[0], solution.history.y[-1], strut.grid.size
-    theta = strut.angle(last[:n])
+    first, last, layout = solution.history.y[0], solution.history.y[-1], strut.layout
+    theta = strut.angle(layout.mu(last))
     return {
         "title": solution.provenance.get("title", ""),
         "status": {"ok": solution.status.ok, "code": solution.status.code, "sentence": how_it_ended(solution)},
         "verdict": {"headline": outcome.headline, "sentence": outcome.sentence, "distance": outcome.distance},
         "time": {"end": solution.history.end * scales.time, "unit": unit["time"]},
         "natural_curvature": {
-            "start": float(first[n]) * scales.curvature,
-            "end": float(last[n]) * scales.curvature,
+            "start": _plain(layout.natural(first) * scales.curvature),
+            "end": _plain(layout.natural(last) * scales.curvature),
             "unit": unit["curvature"],
         },
         "tip": {
@@ -65,6 +75,7 @@ def result_facts(solution: Solution) -> dict[str, Any]:
             "stored_energy": ledger.stored_energy,
             "viscous_dissipation": ledger.viscous_dissipation,
             "natural_dissipation": ledger.natural_dissipation,
+            "kinetic_energy": ledger.kinetic_energy,
             "largest_energy": ledger.largest_energy,
             "unit": ledger.unit,
         },
@@ -72,8 +83,37 @@ def result_facts(solution: Solution) -> dict[str, Any]:
         "nodes": solution.model.grid.size,
         "method": solution.method,
         "rtol": solution.rtol,
+        **_swing(solution),
         "notes": list(solution.notes),
     }
+
+
+def _swing(solution: Solution) -> dict[str, Any]:
+    """How a rod with inertia moves and pulls at its clamp, at the times of its result."""
+    # A run that failed early may have met none of the times asked for.
+    if not isinstance(solution.model, Rod) or solution.t.size == 0:
+        return {}
+    data = solution.dataset
+    energy, couple = data["kinetic_energy"], data["clamp_couple"]
+    force = np.hypot(data["clamp_force_x"].values, data["clamp_force_y"].values)
+    return {
+        "kinetic_energy": {
+            "end": float(energy.values[-1]),
+            "largest": float(energy.values.max()),
+            "unit": energy.attrs["units"],
+        },
+        "clamp": {
+            "largest_force": float(force.max()),
+            "force_unit": data["clamp_force_x"].attrs["units"],
+            "largest_couple": float(np.abs(couple.values).max()),
+            "couple_unit": couple.attrs["units"],
+        },
+    }
+
+
+def _plain(values: ArrayLike) -> Any:
+    """Return a number, or a list of those of several segments."""
+    return np.asarray(values).tolist()
 
 
 def check_facts(scenario: Scenario) -> dict[str, Any]:
@@ -100,7 +140,8 @@ def check_facts(scenario: Scenario) -> dict[str, Any]:
         ],
         "plan": {
             "until": scenario.until,
-            "retardation_times": None if plan.settle else plan.end - plan.t0,
+            "retardation_times": None if plan.settle or model.damping != 1.0 else plan.end - plan.t0,
+            "time_units": None if plan.settle else plan.end - plan.t0,
             "method": plan.method,
             "rtol": plan.rtol,
             "nodes": model.grid.nodes,
@@ -112,22 +153,36 @@ def check_facts(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def _groups(scenario: Scenario) -> dict[str, float]:
+def _groups(scenario: Scenario) -> dict[str, Any]:
     """The dimensionless numbers that decide what happens; loads at their largest, drive at the start."""
-    strut, y = scenario.problem.strut, scenario.problem.y0
-    n = strut.grid.size
-    natural = float(y[n])
-    thrust = max(strut.loads.thrust.extreme(scenario.plan.end))
-    return {
+    model, y = scenario.problem.strut, scenario.problem.y0
+    mu, natural = model.layout.mu(y), model.layout.natural(y)
+    least, most = model.loads.thrust.extreme(scenario.plan.end)
+    thrust = most if most >= -least else least
+    threshold = model.threshold(natural)
+    groups = {
         "thrust_over_EI_per_L2": float(thrust),
         "thrust_over_euler": float(thrust) / (math.pi**2 / 4.0),
-        "threshold_over_EI": float(strut.threshold(natural)),
-        "drive_over_threshold_at_start": float(strut.drive(y[:n], natural) / strut.threshold(natural)),
-        "natural_curvature_times_L": natural,
+        "threshold_over_EI": _plain(threshold),
+        "drive_over_threshold_at_start": _plain(model.drive(mu, natural) / threshold),
+        "natural_curvature_times_L": _plain(natural),
+    }
+    return groups | _inertia(model)
+
+
+def _inertia(model: Model) -> dict[str, Any]:
+    """The dimensionless numbers of a rod with inertia."""
+    if not isinstance(model, Rod):
+        return {}
+    return {
+        "translational_inertia": model.translational_inertia,
+        "rotary_inertia": model.rotary_inertia,
+        "damping": model.damping,
+        "time_unit": model.scales.time,
     }
 
 
-def _landings(model: Strut, end: float) -> int:
+def _landings(model: Model, end: float) -> int:
     from plastica.motion.itinerary import landing_points
 
     return len(landing_points(model, end))

@@ -20,6 +20,10 @@ _GROUPS = {
     "threshold_over_EI": "threshold, in EI",
     "drive_over_threshold_at_start": "drive at the start, in thresholds",
     "natural_curvature_times_L": "natural curvature at the start, times L",
+    "translational_inertia": "translational inertia ρAL⁴/(EIT²)",
+    "rotary_inertia": "rotary inertia ρJL²/(EIT²)",
+    "damping": "damping, retardation time over T",
+    "time_unit": "T, the unit of time inside",
 }
 
 
@@ -57,6 +61,7 @@ def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path],
         "free end",
         f"{shown(tip['x'], tip['unit'])} along, {shown(tip['y'], tip['unit'])} across the clamp's axis",
     )
+    _print_swing(table, facts)
     residual, largest = (
         shown(ledger["residual"], ledger["unit"]),
         shown(ledger["largest_energy"], ledger["unit"]),
@@ -71,12 +76,24 @@ def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path],
     console.print(table)
 
 
+def _print_swing(table: Table, facts: dict[str, Any]) -> None:
+    """Add what a rod with inertia has beside."""
+    if "clamp" not in facts:
+        return
+    energy, clamp = facts["kinetic_energy"], facts["clamp"]
+    end, most = (shown(energy[each], energy["unit"]) for each in ("end", "largest"))
+    row(table, "kinetic energy", f"{end} at the end, {most} at most")
+    force = shown(clamp["largest_force"], clamp["force_unit"])
+    couple = shown(clamp["largest_couple"], clamp["couple_unit"])
+    row(table, "on the clamp", f"a force of at most {force}, a couple of at most {couple}")
+
+
 def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) -> None:
     """Print what was understood of a scenario."""
     table = pairs(facts["title"] or str(facts["scenario"]))
     row(table, "scenario", f"{facts['scenario']} can be run")
     for key, value in facts["groups"].items():
-        row(table, _GROUPS[key], f"{value:.4g}")
+        row(table, _GROUPS[key], shown(value, "s" if key == "time_unit" and facts["units"] == "SI" else ""))
     row(table, "loads", facts["loads"])
     row(table, "initial curvature", facts["initial_curvature"])
     material = facts["material"]
@@ -97,7 +114,8 @@ def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) 
 
 
 def _plan_words(plan: dict[str, Any]) -> list[tuple[str, str]]:
-    span = "" if plan["retardation_times"] is None else f" ({plan['retardation_times']:.4g} retardation times)"
+    words = "units of time" if plan["retardation_times"] is None else "retardation times"
+    span = "" if plan["time_units"] is None else f" ({plan['time_units']:.4g} {words})"
     nodes = "as many nodes as the motion needs" if plan["nodes"] == "auto" else f"{plan['nodes']} nodes"
     elements = "1 element" if plan["elements"] == 1 else f"each of {plan['elements']} elements"
     landings = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import ArgumentError, PlasticaError, shown
+from plastica.errors import ArgumentError, shown
 from plastica.material.admissibility import Verdict
 from plastica.motion.dataset import VARIABLES
 from plastica.motion.itinerary import itinerary
@@ -20,9 +19,10 @@ from plastica.motion.solution import Solution
 from plastica.motion.solve import MOST_STEPS
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE
 from plastica.physics.bounds import bounds
-from plastica.physics.strut import Strut
+from plastica.physics.model import Model
+from plastica.physics.rod import Rod
 from plastica.study import schema
-from plastica.study.building import Start, number
+from plastica.study.building import Start, number, sorted_under
 from plastica.study.problems import Problems
 
 __all__ = ["available_variables", "check_loads", "check_output", "first_problem", "plan", "verdicts"]
@@ -31,29 +31,20 @@ Array = NDArray[np.float64]
 
 MOST_TIMES = 10_000
 STEPS_ALLOWED = 10_000_000
+_OF_A_ROD = {"velocity_x", "velocity_y", "kinetic_energy", "clamp_force_x", "clamp_force_y", "clamp_couple"}
+
 LARGEST_LOAD = 1e6
 """Dimensionless; Euler's load is 2.5, so that more is a mistake of units."""
 
 
-@contextmanager
-def _sorted(problems: Problems, section: str) -> Iterator[None]:
-    """Catch what a constructor refuses: under the section that has the key it names, by default `section`."""
-    try:
-        yield
-    except PlasticaError as error:
-        first = re.split(r"[.\[]", error.where)[0]
-        homes = [name for name, model in schema.SECTIONS.items() if first in model.model_fields]
-        problems.add_error((homes[0] if homes else section,), error)
-
-
 def plan(
-    model: Strut, solve: schema.Solve, start: Solution | None, problems: Problems
+    model: Model, solve: schema.Solve, start: Solution | None, problems: Problems
 ) -> tuple[Plan | None, Array | None]:
     """Make the plan of the run, and the times of its result in the units of the scenario."""
     max_steps = MOST_STEPS if solve.max_steps is None else solve.max_steps
     if max_steps > STEPS_ALLOWED:
         problems.add(("solve", "max_steps"), f"must be at most {STEPS_ALLOWED}, but is {max_steps}.")
-    with _sorted(problems, "solve"):
+    with sorted_under(problems, "solve"):
         made = make_plan(model, solve.until, solve.rtol, solve.method, None, start, max_steps)
         times = _times(solve.times, model, made, problems)
         if times is not None:
@@ -62,7 +53,7 @@ def plan(
     return None, None
 
 
-def _times(given: Any, model: Strut, made: Plan, problems: Problems) -> Array | None:
+def _times(given: Any, model: Model, made: Plan, problems: Problems) -> Array | None:
     si, path = model.specimen is not None, ("solve", "times")
     if given is None:
         return None
@@ -75,7 +66,7 @@ def _times(given: Any, model: Strut, made: Plan, problems: Problems) -> Array | 
     return np.array([number(each, "s") for each in rows.times])
 
 
-def _spread(spacing: schema.Spacing, model: Strut, made: Plan) -> Array:
+def _spread(spacing: schema.Spacing, model: Model, made: Plan) -> Array:
     """Times from the first to the last, evenly or in equal ratios of the time since the start."""
     if made.settle:
         raise ArgumentError(
@@ -98,9 +89,9 @@ def _spread(spacing: schema.Spacing, model: Strut, made: Plan) -> Array:
     return np.concatenate([[first], ladder[:-1], [last]])
 
 
-def check_loads(model: Strut, made: Plan, problems: Problems) -> None:
-    """Refuse loads that fail, or become tension, before the end of the run."""
-    with _sorted(problems, "load"), np.errstate(all="ignore"):
+def check_loads(model: Model, made: Plan, problems: Problems) -> None:
+    """Refuse loads that fail, or become tension that was not asked for, before the end of the run."""
+    with sorted_under(problems, "load"), _as_force(problems), np.errstate(all="ignore"):
         model.loads.check(made.end)
         for name, program in model.loads.items():
             largest = max(map(abs, program.extreme(made.end)))
@@ -110,11 +101,24 @@ def check_loads(model: Strut, made: Plan, problems: Problems) -> None:
         itinerary(model, made.t0, made.end)
 
 
-def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, problems: Problems) -> Problem | None:
+@contextmanager
+def _as_force(problems: Problems) -> Iterator[None]:
+    """Name the force at an angle where the file has it, not the thrust and the transverse force it was made into."""
+    try:
+        yield
+    except ArgumentError as error:
+        if error.where not in ("thrust", "transverse") or ("load", "force") not in problems.document.lines:
+            raise
+        named = ArgumentError(error.rule, where="force", next_step=error.next_step)
+        named.args = (str(error).replace(f"`{error.where}`", "`force`", 1),)
+        raise named from None
+
+
+def first_problem(model: Model, made: Plan, start: Start, atol: float | None, problems: Problems) -> Problem | None:
     """Make the first state on the grid, or on every grid that may be tried; return the coarsest."""
     auto = model.grid.nodes == "auto"
     found: list[Problem] = []
-    with _sorted(problems, "initial"), np.errstate(all="ignore"):
+    with sorted_under(problems, "initial"), np.errstate(all="ignore"):
         for nodes in AUTO_NODES if auto else (model.grid.per_element,):
             if found and nodes * found[0].strut.grid.elements > LARGEST_SIZE:
                 most = LARGEST_SIZE // AUTO_NODES[-1]
@@ -122,16 +126,29 @@ def first_problem(model: Strut, made: Plan, start: Start, atol: float | None, pr
                 problems.add(("grid", "nodes"), f"{rule} Write nodes = 16, or take fewer breaks.")
                 break
             chosen = model.with_grid(model.grid.with_nodes(nodes)) if auto else model
-            found.append(make_problem(chosen, made, start.curvature, start.natural_curvature, atol, start.solution))
+            found.append(
+                make_problem(
+                    chosen,
+                    made,
+                    start.curvature,
+                    start.natural_curvature,
+                    atol,
+                    start.solution,
+                    start.curvature_rate,
+                )
+            )
     return found[0] if found else None
 
 
-def available_variables(model: Strut) -> tuple[str, ...]:
+def available_variables(model: Model) -> tuple[str, ...]:
     """Return the names of the variables that a result of this model has."""
-    return tuple(name for name in VARIABLES if name != "volume_fraction" or model.material.well is not None)
+    missing = set() if isinstance(model, Rod) else _OF_A_ROD
+    if model.material.well is None:
+        missing = {*missing, "volume_fraction"}
+    return tuple(name for name in VARIABLES if name not in missing)
 
 
-def check_output(model: Strut, output: schema.Output, problems: Problems) -> None:
+def check_output(model: Model, output: schema.Output, problems: Problems) -> None:
     """Refuse names in `csv` that the result will not have, and a film that cannot be made here."""
     if output.film == "mp4" and shutil.which("ffmpeg") is None:
         rule = 'can be "mp4" only where ffmpeg is installed.'
@@ -145,9 +162,9 @@ def check_output(model: Strut, output: schema.Output, problems: Problems) -> Non
 
 def verdicts(problem: Problem, made: Plan) -> tuple[Verdict, ...]:
     """Judge the hypotheses on the material, on the natural curvatures that the a-priori bound allows."""
-    strut = problem.strut
-    n = strut.grid.size
+    strut, layout, y = problem.strut, problem.strut.layout, problem.y0
     with np.errstate(all="ignore"):
-        limit = bounds(strut, problem.y0[:n], float(problem.y0[n]), made.t0, made.end).natural_curvature
+        found = bounds(strut, layout.mu(y), layout.natural(y), made.t0, made.end, layout.mu_t(y))
+        limit = found.natural_curvature
         usable = np.isfinite(limit) and limit > 0.0
         return strut.material.admissibility(float(limit * strut.scales.curvature) if usable else None)

@@ -2,31 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from plastica.errors import ArgumentError, shown
+from plastica.errors import ArgumentError, PlasticaError, shown
 from plastica.material import catalogue
 from plastica.material.dimensions import dimension_of_tree
 from plastica.material.material import Material
 from plastica.motion.solution import Solution
 from plastica.motion.store import read
 from plastica.numerics.grid import Grid
-from plastica.physics import programs
 from plastica.physics.initial import Curvature, Shape, piecewise
-from plastica.physics.load import LOAD_KINDS, Load
-from plastica.physics.program import Program
-from plastica.physics.scales import KINDS, Specimen
+from plastica.physics.scales import Specimen
+from plastica.physics.segments import segment_breaks
 from plastica.study import schema
 from plastica.study.fields import check_formula
+from plastica.study.fields import given as in_toml
 from plastica.study.measured import measured_shape
 from plastica.study.problems import Problems
 from plastica.study.tokens import KeyPath
-from plastica.units import DIMENSIONLESS, dimension_of, dimension_text, parse_quantity, quantity
+from plastica.units import (
+    DIMENSIONLESS,
+    dimension_of,
+    dimension_text,
+    looks_like_quantity,
+    parse_quantity,
+    quantity,
+)
 
-__all__ = ["SMOOTHING_WORDS", "Start", "grid", "initial", "inside", "load", "material", "number", "specimen"]
+__all__ = [
+    "SMOOTHING_WORDS",
+    "Segments",
+    "Start",
+    "grid",
+    "initial",
+    "inside",
+    "material",
+    "number",
+    "segments",
+    "sorted_under",
+    "specimen",
+]
+
+Segments = int | tuple[float, ...]
+"""The number of segments of uniform natural curvature, or their ends in units of the length."""
 
 SMOOTHING_WORDS: Final = ("auto", "none")
 
@@ -35,22 +58,27 @@ _LAWS: Final = {
     "flow": ("x", "N*m**2", "1/(m*s)"),
     "threshold": ("m", "1/m", "N*m**2"),
 }
-_FUNCTIONS: Final[Mapping[str, Callable[..., Program]]] = {
-    "constant": programs.constant,
-    "table": programs.table,
-    "ramp-hold-release": programs.ramp_hold_release,
-    "cycles": programs.cycles,
-    "expression": programs.expression,
-}
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where a run begins: curvature and natural curvature as `solve` takes them, or a solution to go on from."""
+    """Where a run begins: curvatures and their rate as `solve` takes them, or a solution to go on from."""
 
-    curvature: Curvature
-    natural_curvature: float
-    solution: Solution | None
+    curvature: Curvature = 0.0
+    natural_curvature: float | tuple[float, ...] = 0.0
+    curvature_rate: Curvature = 0.0
+    solution: Solution | None = None
+
+
+@contextmanager
+def sorted_under(problems: Problems, section: str) -> Iterator[None]:
+    """Catch what a constructor refuses: under the section that has the key it names, by default `section`."""
+    try:
+        yield
+    except PlasticaError as error:
+        first = re.split(r"[.\[]", error.where)[0]
+        homes = [name for name, model in schema.SECTIONS.items() if first in model.model_fields]
+        problems.add_error((section if section in homes or not homes else homes[0],), error)
 
 
 def number(value: float | str, unit: str) -> float:
@@ -58,10 +86,16 @@ def number(value: float | str, unit: str) -> float:
     return quantity(value, unit, where="", bare=True)
 
 
-def specimen(section: schema.Specimen, problems: Problems) -> Specimen | None:
-    """Make the specimen."""
+def specimen(section: schema.Specimen, mass: schema.Inertia | None, problems: Problems) -> Specimen | None:
+    """Make the specimen, with its mass; None as well where its mistakes are known already."""
     given = section.model_dump(exclude_none=True)
-    with problems.at("specimen"):
+    if mass is not None:
+        given |= mass.model_dump(exclude_none=True, include={"mass_per_length", "density", "rotary_inertia"})
+    elif section.retardation_time is None:
+        return None
+    if problems.within("specimen", "inertia"):
+        return None
+    with sorted_under(problems, "specimen"):
         return Specimen(**given)
     return None
 
@@ -137,58 +171,15 @@ def _check_units(made: Material, problems: Problems) -> None:
                 )
 
 
-def load(section: schema.Load, problems: Problems, *, si: bool) -> Load | None:
-    """Make the loads."""
-    made: dict[str, Any] = {}
-    for name, kind in LOAD_KINDS.items():
-        value, path = getattr(section, name), ("load", name)
-        if value is None:
-            continue
-        unit = KINDS[kind][0]
-        if isinstance(value, dict):
-            program = _program(value, path, problems, si=si, unit=unit)
-            if program is not None:
-                made[name] = program
-        else:
-            amount = check_formula(value, path, problems, si=si, unit=unit, variable="t")
-            if amount is not None:
-                made[name] = amount
-    for name, each in made.items():
-        with problems.at("load"):
-            Load(**{name: each})
-    return None if problems.within("load") else Load(**made)
-
-
-def _program(value: dict[str, Any], path: KeyPath, problems: Problems, *, si: bool, unit: str) -> Program | None:
-    known = ", ".join(schema.PROGRAMS)
-    kind = value.get("program")
-    if "program" not in value:
-        problems.add((*path, "program"), f"is missing: it must be one of {known}.")
-        return None
-    if not isinstance(kind, str) or kind not in schema.PROGRAMS:
-        problems.add((*path, "program"), f"must be one of {known}, but is {shown(kind)}.")
-        return None
-    checked = schema.validate(schema.PROGRAMS[kind], value, path, problems, si=si, unit=unit)
-    if checked is None:
-        return None
-    given = checked.model_dump(exclude_none=True, exclude={"program"})
-    with problems.at(*path):
-        return _FUNCTIONS[kind](**given)
-    return None
-
-
 def grid(section: schema.Grid, length: float | None, problems: Problems) -> Grid | None:
     """Make the grid; `breaks` are the ends of elements inside the rod."""
     if length is None and section.breaks:
         return None
-    inner = [number(each, "m") / (length or 1.0) for each in section.breaks]
-    outside = [i for i, each in enumerate(inner) if not 0.0 < each < 1.0]
-    for i in outside:
-        problems.add(("grid", "breaks", i), f"must lie inside the rod, but is {shown(section.breaks[i])}.")
-    if outside:
+    ends = _ends(section.breaks, length or 1.0, ("grid", "breaks"), problems)
+    if ends is None:
         return None
     with problems.at("grid"):
-        return Grid(section.nodes, (0.0, *inner, 1.0))  # type: ignore[arg-type]
+        return Grid(section.nodes, ends)  # type: ignore[arg-type]
     return None
 
 
@@ -214,24 +205,89 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
+def segments(section: schema.Grid, length: float | None, problems: Problems, *, si: bool) -> Segments:
+    """Return the segments of uniform natural curvature: their number, or their ends in units of L; 1 by mistake."""
+    given, path = section.natural_segments, ("grid", "natural_segments")
+    if given is None:
+        return 1
+    if not isinstance(given, list):
+        if isinstance(given, int) and not isinstance(given, bool):
+            with problems.at("grid"):
+                segment_breaks(given)
+            return given
+        rule = "must be a whole number, or an array of the lengths at which segments meet, but is"
+        problems.add(path, f"{rule} {in_toml(given)}.")
+        return 1
+    checked = schema.validate(schema.NaturalSegments, {path[1]: given}, path[:1], problems, si=si)
+    if checked is None or length is None:
+        return 1
+    ends = _ends(checked.natural_segments, length, path, problems) or 1
+    with problems.at("grid"):
+        segment_breaks(ends)
+    return ends
+
+
+def _ends(inner: Sequence[float | str], length: float, path: KeyPath, problems: Problems) -> tuple[float, ...] | None:
+    """Return places inside the rod, with its ends, in units of the length."""
+    places = [number(each, "m") / length for each in inner]
+    outside = [i for i, each in enumerate(places) if not 0.0 < each < 1.0]
+    for i in outside:
+        problems.add((*path, i), f"must lie inside the rod, but is {shown(inner[i])}.")
+    return None if outside else (0.0, *places, 1.0)
+
+
 def initial(section: schema.Initial, folder: Path, length: float | None, problems: Problems, *, si: bool) -> Start:
-    """Make the initial curvature and natural curvature, or the solution to go on from."""
-    natural = 0.0 if section.natural_curvature is None else number(section.natural_curvature, "1/m")
+    """Make the initial curvature, natural curvature and rate of curvature, or the solution to go on from."""
     if section.result is not None:
-        return Start(0.0, 0.0, _former(section, folder, problems))
-    value, path = section.curvature, ("initial", "curvature")
+        return Start(solution=_former(section, folder, problems))
+    return Start(
+        _curvature(section.curvature, folder, length, problems, si=si),
+        _natural_curvature(section.natural_curvature, problems, si=si),
+        _rate(section.curvature_rate, length, problems, si=si),
+    )
+
+
+def _curvature(value: object, folder: Path, length: float | None, problems: Problems, *, si: bool) -> Curvature:
+    path: KeyPath = ("initial", "curvature")
     if value is None:
-        return Start(0.0, natural, None)
+        return 0.0
     if not isinstance(value, dict):
         amount = check_formula(value, path, problems, si=si, unit="1/m", variable="s")
-        return Start(0.0 if amount is None else amount, natural, None)
-    build = _measured if "csv" in value else _pieces
-    shape = build(value, folder, length, problems, si=si)
-    return Start(0.0 if shape is None else shape, natural, None)
+        return 0.0 if amount is None else amount
+    if "csv" in value:
+        shape = _measured(value, folder, length, problems, si=si)
+    else:
+        shape = _pieces(value, path, length, problems, si=si, unit="1/m")
+    return 0.0 if shape is None else shape
+
+
+def _natural_curvature(value: object, problems: Problems, *, si: bool) -> float | tuple[float, ...]:
+    """Return one natural curvature, or one for each segment."""
+    if value is None:
+        return 0.0
+    given, path = {"natural_curvature": value}, ("initial",)
+    if isinstance(value, list):
+        row = schema.validate(schema.NaturalCurvatures, given, path, problems, si=si)
+        return 0.0 if row is None else tuple(number(each, "1/m") for each in row.natural_curvature)
+    one = schema.validate(schema.NaturalCurvature, given, path, problems, si=si)
+    return 0.0 if one is None else number(one.natural_curvature, "1/m")
+
+
+def _rate(value: object, length: float | None, problems: Problems, *, si: bool) -> Curvature:
+    """Return the initial rate of curvature: as the curvature, but measured points have none."""
+    path, unit = ("initial", "curvature_rate"), "1/(m*s)"
+    if value is None:
+        return 0.0
+    made: Curvature | None
+    if isinstance(value, dict):
+        made = _pieces(value, path, length, problems, si=si, unit=unit)
+    else:
+        made = check_formula(value, path, problems, si=si, unit=unit, variable="s")
+    return 0.0 if made is None else made
 
 
 def _former(section: schema.Initial, folder: Path, problems: Problems) -> Solution | None:
-    for name in ("curvature", "natural_curvature"):
+    for name in ("curvature", "natural_curvature", "curvature_rate"):
         if getattr(section, name) is not None:
             problems.add(
                 ("initial", name),
@@ -243,18 +299,21 @@ def _former(section: schema.Initial, folder: Path, problems: Problems) -> Soluti
 
 
 def _pieces(
-    value: dict[str, Any], _folder: Path, length: float | None, problems: Problems, *, si: bool
+    value: dict[str, Any], path: KeyPath, length: float | None, problems: Problems, *, si: bool, unit: str
 ) -> Shape | None:
-    path = ("initial", "curvature")
-    checked = schema.validate(schema.Pieces, value, path, problems, si=si, unit="1/m", variable="s")
+    checked = schema.validate(schema.Pieces, value, path, problems, si=si, unit=unit, variable="s")
     if checked is None:
         return None
     ends = [number(each, "m") for each in checked.breaks]
     for i, each in enumerate(ends):
         if length is not None and not 0.0 < each < length:
             problems.add((*path, "breaks", i), f"must lie inside the rod, but is {shown(checked.breaks[i])}.")
+    # `piecewise` reads curvatures; of a rate, what has a unit is a number by now, and what has not is text in s.
+    pieces = [
+        number(each, unit) if unit != "1/m" and looks_like_quantity(str(each)) else each for each in checked.pieces
+    ]
     with problems.at(*path):
-        return piecewise(ends, checked.pieces)
+        return piecewise(ends, pieces)
     return None
 
 

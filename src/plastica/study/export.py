@@ -22,8 +22,9 @@ __all__ = ["csv_text", "write_csv"]
 def csv_text(dataset: xarray.Dataset, names: Sequence[str]) -> str:
     """Write variables as CSV: a heading "t [s],tip_y [m]", then one row for each time.
 
-    Variables over time and arc length have one row for each time and node; variables over time alone repeat beside
-    them. Numbers are written so that reading them gives back the same doubles.
+    Variables over time and arc length have one row for each time and node, those over time and segments one for each
+    time and segment; variables over time alone repeat beside them. Numbers are written so that reading them gives back
+    the same doubles.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def csv_text(dataset: xarray.Dataset, names: Sequence[str]) -> str:
     Raises
     ------
     ArgumentError
-        Where there is no such variable.
+        Where there is no such variable, or one is over arc length and another over segments.
     """
     for name in names:
         if name not in dataset.data_vars:
@@ -49,7 +50,11 @@ def csv_text(dataset: xarray.Dataset, names: Sequence[str]) -> str:
                 value=name,
                 next_step=f"It has: {', '.join(map(str, dataset.data_vars))}.",
             )
-    dims = ("t", "s") if any("s" in dataset[name].dims for name in names) else ("t",)
+    along = sorted({str(dim) for name in names for dim in dataset[name].dims} - {"t"})
+    if len(along) > 1:
+        rule = "must be over the same place: some of these are over arc length, some over segments"
+        raise ArgumentError(rule, where="variable", value=", ".join(names), next_step="Write them one by one.")
+    dims = ("t", *along)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(f"{name} [{dataset[name].attrs['units']}]" for name in (*dims, *names))
@@ -61,7 +66,7 @@ def _rows(dataset: xarray.Dataset, names: Sequence[str], dims: tuple[str, ...]) 
     shape = tuple(dataset.sizes[dim] for dim in dims)
     columns = [np.broadcast_to(dataset["t"].values.reshape(-1, *[1] * (len(dims) - 1)), shape)]
     if len(dims) == 2:
-        columns.append(np.broadcast_to(dataset["s"].values, shape))
+        columns.append(np.broadcast_to(dataset[dims[1]].values, shape))
     for name in names:
         values = dataset[name].values
         columns.append(np.broadcast_to(values if values.ndim == len(dims) else values[:, None], shape))

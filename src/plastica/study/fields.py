@@ -16,9 +16,12 @@ from plastica.units import looks_like_quantity, quantity
 
 __all__ = [
     "Amount",
+    "Angle",
     "Anything",
     "BaseName",
     "Curvature",
+    "Curvatures",
+    "Density",
     "FilePath",
     "Flag",
     "Formula",
@@ -27,10 +30,12 @@ __all__ = [
     "Law",
     "Length",
     "Lengths",
+    "MassPerLength",
     "Nodes",
     "Number",
     "Parameters",
     "Pascal",
+    "RotaryInertia",
     "Stiffness",
     "Text",
     "Time",
@@ -58,6 +63,10 @@ _EXAMPLES: Final = {
     "N": "3 N",
     "N*m": "0.1 N*m",
     "N/m": "0.5 N/m",
+    "kg/m": "0.157 kg/m",
+    "kg*m": "1.3e-8 kg*m",
+    "kg/m**3": "7850 kg/m**3",
+    "1/(m*s)": "2 1/(m*s)",
 }
 _NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,79}")
 _BARE: Final = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?\s*")
@@ -186,6 +195,19 @@ def _nodes(value: Any) -> int | str:
     return value
 
 
+def _angle(value: Any) -> Amount:
+    """Take an angle with its unit, which is no scale of the rod: in any scenario; a number where there are no units."""
+    if isinstance(value, str) and not _BARE.fullmatch(value):
+        try:
+            quantity(value, "rad", where="", bare=False)
+        except ArgumentError as error:
+            raise _wrong(str(error)) from None
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _wrong(f'must be text with an angle, such as "30 deg", or a number in rad, but is {given(value)}.')
+    return float(value)
+
+
 def _parameter(value: Any) -> Amount:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise _wrong(f"must be a number, or text with a unit, but is {given(value)}.")
@@ -229,11 +251,16 @@ Parameters = dict[str, Annotated[Amount, PlainValidator(_parameter)]]
 Pascal = Annotated[Amount, _amount("Pa")]
 Stiffness = Annotated[Amount, _amount("N*m**2")]
 Kelvin = Annotated[Amount, _amount("K")]
+MassPerLength = Annotated[Amount, _amount("kg/m")]
+RotaryInertia = Annotated[Amount, _amount("kg*m")]
+Density = Annotated[Amount, _amount("kg/m**3")]
+Angle = Annotated[Amount, PlainValidator(_angle)]
 Until = Annotated[Amount, _amount("s", words=("equilibrium",))]
 Nodes = Annotated[int | str, PlainValidator(_nodes)]
 BaseName = Annotated[str, PlainValidator(_base_name)]
 Anything = Annotated[Any, PlainValidator(lambda value: value)]
 Lengths = Annotated[list[Length], BeforeValidator(_array)]
+Curvatures = Annotated[list[Curvature], BeforeValidator(_array)]
 Times = Annotated[list[Time], BeforeValidator(_array)]
 Values = Annotated[list[Value], BeforeValidator(_array)]
 Formulas = Annotated[list[Formula], BeforeValidator(_array)]

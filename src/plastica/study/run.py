@@ -116,6 +116,7 @@ def run_scenario(
         scenario.atol,
         scenario.method,
         scenario.times,
+        curvature_rate=scenario.curvature_rate,
         start=scenario.start,
         max_steps=scenario.max_steps,
         progress=progress,

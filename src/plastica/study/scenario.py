@@ -19,14 +19,14 @@ from plastica.motion.solution import Solution
 from plastica.numerics.grid import Grid
 from plastica.physics.initial import Curvature
 from plastica.physics.load import Load
+from plastica.physics.model import Model
 from plastica.physics.scales import Specimen
-from plastica.physics.strut import Strut
-from plastica.study import assembly, building, schema
+from plastica.study import assembly, building, loads, rods, schema
 from plastica.study.problems import Problems
 from plastica.study.reading import Document, read_document
 from plastica.study.tokens import key_text
 
-__all__ = ["MIGRATIONS", "SCHEMA", "Scenario", "migrated", "read_scenario"]
+__all__ = ["MIGRATIONS", "SCHEMA", "Scenario", "migrated", "read_scenario", "scenario_of"]
 
 Array = NDArray[np.float64]
 
@@ -51,9 +51,9 @@ class Scenario:
         What it says, verbatim.
     title : str
         What the user calls it.
-    model : Strut
-        The rod.
-    curvature, natural_curvature, start
+    model : Model
+        The rod: a strut, or a rod with inertia.
+    curvature, natural_curvature, curvature_rate, start
         What `solve` takes: the initial data, or the solution to go on from.
     until, rtol, atol, method, times, max_steps
         What `solve` takes besides, in SI where the scenario is.
@@ -72,9 +72,10 @@ class Scenario:
     file: Path
     text: str
     title: str
-    model: Strut
+    model: Model
     curvature: Curvature
-    natural_curvature: float | str
+    natural_curvature: float | tuple[float, ...]
+    curvature_rate: Curvature
     start: Solution | None
     until: float | str
     rtol: float
@@ -167,7 +168,11 @@ def read_scenario(file: str | Path) -> Scenario:
     InadmissibleError
         Where the material violates a hypothesis of the theory and `allow_inadmissible` is not set; with the witness.
     """
-    document = read_document(file)
+    return scenario_of(read_document(file))
+
+
+def scenario_of(document: Document) -> Scenario:
+    """Check a document that was read, which may have been changed since; see `read_scenario`."""
     problems = Problems(document)
     try:
         data = migrated(document.data)
@@ -178,7 +183,9 @@ def read_scenario(file: str | Path) -> Scenario:
     head = schema.validate(schema.Head, data, (), problems, si=False)
     si = head.units == "SI" if head is not None else "specimen" in data
     _refuse_unknown(data, problems)
-    nouns = _nouns({name: _section(name, data, problems, si=si) for name in schema.SECTIONS}, problems, si=si)
+    sections = {name: _section(name, data, problems, si=si) for name in schema.SECTIONS}
+    rods.check_inertia(data, sections["inertia"], problems, si=si)
+    nouns = _nouns(sections, data, problems, si=si)
     problems.refuse()
     scenario = _assembled(document, head.title if head else "", nouns, problems)
     _refuse_inadmissible(scenario, document)
@@ -186,7 +193,7 @@ def read_scenario(file: str | Path) -> Scenario:
 
 
 def _refuse_unknown(data: Mapping[str, Any], problems: Problems) -> None:
-    known = (*schema.SECTIONS, "schema", "units", "title")
+    known = (*schema.SECTIONS, "sweep", "schema", "units", "title")
     for key in data:
         homes = [name for name, model in schema.SECTIONS.items() if key in model.model_fields]
         if key not in known:
@@ -216,17 +223,21 @@ class _Nouns:
     material: Material | None
     load: Load | None
     grid: Grid | None
+    segments: building.Segments
+    inertia: schema.Inertia | None
     start: building.Start | None
     solve: schema.Solve | None
     output: schema.Output | None
     allow_inadmissible: bool
 
 
-def _nouns(sections: Mapping[str, Any], problems: Problems, *, si: bool) -> _Nouns:
+def _nouns(sections: Mapping[str, Any], data: Mapping[str, Any], problems: Problems, *, si: bool) -> _Nouns:
     """Build what can be built, so that the mistakes of all sections are found."""
     folder = problems.document.file.parent
-    rod = None if sections["specimen"] is None else building.specimen(sections["specimen"], problems)
+    inertia = sections["inertia"] if "inertia" in data else None
+    rod = None if sections["specimen"] is None else building.specimen(sections["specimen"], inertia, problems)
     length = (None if rod is None else rod.L) if si else 1.0
+    cells = sections["grid"]
 
     def built(name: str, build: Callable[[Any], Any]) -> Any:
         return None if sections[name] is None else build(sections[name])
@@ -235,8 +246,10 @@ def _nouns(sections: Mapping[str, Any], problems: Problems, *, si: bool) -> _Nou
         si=si,
         specimen=rod,
         material=built("material", lambda each: building.material(each, rod, problems, si=si)),
-        load=built("load", lambda each: building.load(each, problems, si=si)),
+        load=built("load", lambda each: loads.load(each, problems, si=si)),
         grid=built("grid", lambda each: building.grid(each, length, problems)),
+        segments=1 if cells is None else building.segments(cells, length, problems, si=si),
+        inertia=inertia,
         start=built("initial", lambda each: building.initial(each, folder, length, problems, si=si)),
         solve=sections["solve"],
         output=sections["output"],
@@ -262,6 +275,7 @@ def _assembled(document: Document, title: str, nouns: _Nouns, problems: Problems
         model=model,
         curvature=start.curvature,
         natural_curvature=start.natural_curvature,
+        curvature_rate=start.curvature_rate,
         start=start.solution,
         until=solve.until,
         rtol=solve.rtol,
@@ -277,14 +291,12 @@ def _assembled(document: Document, title: str, nouns: _Nouns, problems: Problems
     )
 
 
-def _model(nouns: _Nouns, problems: Problems) -> Strut | None:
+def _model(nouns: _Nouns, problems: Problems) -> Model | None:
     material, load = problems.settled(nouns.material), problems.settled(nouns.load)
     grid = problems.settled(nouns.grid)
     with problems.at("material"):
         _ = material.laws()
-    with problems.at("load"):
-        return Strut(material, load, grid, nouns.specimen)
-    return None
+    return rods.model(material, load, grid, nouns.specimen, nouns.segments, nouns.inertia, problems)
 
 
 def _refuse_inadmissible(scenario: Scenario, document: Document) -> None:

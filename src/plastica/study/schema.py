@@ -22,10 +22,14 @@ __all__ = [
     "SECTIONS",
     "Grid",
     "Head",
+    "Inertia",
     "Initial",
     "Load",
     "Material",
     "Measured",
+    "NaturalCurvature",
+    "NaturalCurvatures",
+    "NaturalSegments",
     "Output",
     "Pieces",
     "Section",
@@ -68,11 +72,21 @@ class Specimen(Section):
     """The rod on the bench."""
 
     length: fields.Length
-    retardation_time: fields.Time
+    retardation_time: fields.Time | None = None
     youngs_modulus: fields.Pascal | None = None
     section: CrossSection | None = None
     bending_stiffness: fields.Stiffness | None = None
     temperature: fields.Kelvin | None = None
+
+
+class Inertia(Section):
+    """What makes the rod one with inertia: its mass in a scenario with units, plain numbers in one without."""
+
+    mass_per_length: fields.MassPerLength | None = None
+    density: fields.Density | None = None
+    rotary_inertia: fields.RotaryInertia | None = None
+    translational_inertia: fields.Number | None = None
+    damping: fields.Number | None = None
 
 
 class Material(Section):
@@ -93,21 +107,27 @@ class Load(Section):
     transverse: Any = None
     couple: Any = None
     weight: Any = None
+    weight_angle: fields.Angle | None = None
+    force: Any = None
+    angle: fields.Angle | None = None
+    allow_tension: fields.Flag | None = None
 
 
 class Initial(Section):
     """The shape that the rod starts from, or a former result."""
 
     curvature: Any = None
-    natural_curvature: fields.Curvature | None = None
+    natural_curvature: Any = None
+    curvature_rate: Any = None
     result: fields.FilePath | None = None
 
 
 class Grid(Section):
-    """Where the curvature is kept."""
+    """Where the curvature is kept, and on which segments the natural curvature is uniform."""
 
     nodes: fields.Nodes = "auto"
     breaks: fields.Lengths = []
+    natural_segments: Any = None
 
 
 class Solve(Section):
@@ -204,6 +224,24 @@ class Measured(Section):
     smoothing: fields.Anything = "auto"
 
 
+class NaturalCurvature(Section):
+    """One natural curvature."""
+
+    natural_curvature: fields.Curvature
+
+
+class NaturalCurvatures(Section):
+    """A natural curvature for each segment."""
+
+    natural_curvature: fields.Curvatures
+
+
+class NaturalSegments(Section):
+    """The places where segments of uniform natural curvature meet."""
+
+    natural_segments: fields.Lengths
+
+
 class Times(Section):
     """Times of the result, one by one."""
 
@@ -220,6 +258,7 @@ class Spacing(Section):
 
 SECTIONS: Final[Mapping[str, type[Section]]] = {
     "specimen": Specimen,
+    "inertia": Inertia,
     "material": Material,
     "load": Load,
     "initial": Initial,
@@ -270,7 +309,7 @@ def _without(
     model: type[Model], value: dict[str, Any], bad: set[tuple[int | str, ...]], context: Mapping[str, object]
 ) -> Model | None:
     """Take a table without its mistaken keys, where that leaves the meaning of the others, to go on checking those."""
-    if model not in (Load, Initial, Grid, Solve, Output):
+    if model not in (Inertia, Load, Initial, Grid, Solve, Output):
         return None
     try:
         return model.model_validate({key: each for key, each in value.items() if (key,) not in bad}, context=context)

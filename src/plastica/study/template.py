@@ -13,12 +13,13 @@ __all__ = ["template", "write_template"]
 Units = Literal["SI", "dimensionless"]
 
 
-def template(units: Units = "SI") -> str:
-    """Return a scenario with comments that runs as it is."""
-    return files(__package__).joinpath("templates", f"{units}.toml").read_text(encoding="utf-8")
+def template(units: Units = "SI", *, inertia: bool = False) -> str:
+    """Return a scenario with comments that runs as it is; with `inertia` one of a rod that has mass."""
+    name = f"{units}-inertia.toml" if inertia else f"{units}.toml"
+    return files(__package__).joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def write_template(path: str | Path, units: Units = "SI") -> Path:
+def write_template(path: str | Path, units: Units = "SI", *, inertia: bool = False) -> Path:
     """Write a scenario with comments to a new file.
 
     Raises
@@ -29,7 +30,7 @@ def write_template(path: str | Path, units: Units = "SI") -> Path:
     target = Path(path)
     try:
         with target.open("x", encoding="utf-8") as stream:
-            stream.write(template(units))
+            stream.write(template(units, inertia=inertia))
     except FileExistsError:
         raise FileError(
             "exists already, and is left as it is", where=str(target), next_step="Name another file."
