@@ -121,10 +121,7 @@ class Rod(Model):
 
     def mass(self, mu: ArrayLike) -> Array:
         """Mass operator B[eps0 + eps1(cos BA cos + sin BA sin)]A of a shape, symmetric under W; shape (n, n)."""
-        theta = self.angle(mu)
-        inner = self._translation * (self.momentum * np.cos(theta[:, None] - theta))
-        inner[np.diag_indices_from(inner)] += self._rotary
-        return np.asarray(self.grid.B @ inner @ self.grid.A)
+        return np.asarray(self.grid.B @ self._turning_mass(self.angle(mu)) @ self.grid.A)
 
     @property
     def _translation(self) -> float:
@@ -179,14 +176,28 @@ class Rod(Model):
         if not self.has_inertia:
             return moment / self._damping, natural_t, np.zeros_like(curvature)
         first = np.zeros_like(curvature) if mu_t is None else np.asarray(mu_t, dtype=float)
-        theta, spin = self.angle(curvature), self.angle(first)
+        turn = self._angular_acceleration(curvature, first, moment - self._damping * first)
+        return first, natural_t, np.asarray(np.linalg.solve(self.grid.A, turn[..., None])[..., 0], dtype=float)
+
+    def _angular_acceleration(self, mu: Array, mu_t: Array, moment: Array) -> Array:
+        """Angular acceleration theta_tt that an unbalanced moment causes at the nodes; all of shape (..., n).
+
+        Solves B (eps0 + eps1(cos BA cos + sin BA sin)) theta_tt = moment less that of the centrifugal forces, state by
+        state, as `physics.inertial` does: by way of the mass operator it would lose many digits.
+        """
+        theta, spin = self.angle(mu), self.angle(mu_t)
         sin, cos = np.sin(theta), np.cos(theta)
-        # What theta_t^2 adds to n.b through r_tt: centrifugal forces.
         along, across = (cos * spin**2) @ self.momentum.T, (sin * spin**2) @ self.momentum.T
-        moment = moment - self._damping * first - self._translation * ((sin * along - cos * across) @ self.grid.B.T)
-        flat = zip(curvature.reshape(-1, self.grid.size), moment.reshape(-1, self.grid.size), strict=True)
-        mu_tt = np.array([np.linalg.solve(self.mass(each), right) for each, right in flat])
-        return first, natural_t, mu_tt.reshape(curvature.shape)
+        density = np.linalg.solve(self.grid.B, moment[..., None])[..., 0]
+        right = density - self._translation * (sin * along - cos * across)
+        states = zip(theta.reshape(-1, self.grid.size), right.reshape(-1, self.grid.size), strict=True)
+        return np.array([np.linalg.solve(self._turning_mass(each), push) for each, push in states]).reshape(theta.shape)
+
+    def _turning_mass(self, theta: Array) -> Array:
+        """The operator eps0 + eps1(cos BA cos + sin BA sin) of one shape; shape (n, n)."""
+        inner = self._translation * (self.momentum * np.cos(theta[:, None] - theta))
+        inner[np.diag_indices_from(inner)] += self._rotary
+        return inner
 
     def contact(self, t: ArrayLike, mu: ArrayLike, mu_nat: ArrayLike, mu_t: ArrayLike | None = None) -> Contact:
         """Contact force n = n_load - eps1 J* r_tt and couple M = mu - mu_nat + delta mu_t, along the rod, at the clamp.
@@ -197,7 +208,7 @@ class Rod(Model):
         first, _, second = self.rate(t, curvature, mu_nat, mu_t)
         theta = self.angle(curvature)
         sin, cos = np.sin(theta), np.cos(theta)
-        spin, turn = (self.angle(first), self.angle(second)) if self.has_inertia else (np.zeros_like(theta),) * 2
+        spin, turn = self.angle(first), self.angle(second)
         x_tt = (-turn * sin - spin**2 * cos) @ self.grid.A.T
         y_tt = (turn * cos - spin**2 * sin) @ self.grid.A.T
         along, across = self.dead_force(t)
