@@ -54,6 +54,7 @@ SIGNATURES = {
     "predict_limit": "strut, mu, mu_nat",
     "rest": "model, curvature=0.0, natural_curvature=0.0",
     "omega_limit": "strut, curvature=0.0, natural_curvature=0.0, *rtol=1e-08, *longest=10000000.0",
+    "thermodynamics": "solution",
     "time_one_map": "strut, mu, mu_nat, *rtol=1e-10",
     "measured_shape": "file, columns, length, *si, *length_unit=None, *curvature_unit=None, *smoothing=None",
     "read": "path",

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from plastica.motion.solve import solve
     from plastica.motion.status import Status
     from plastica.motion.store import read
+    from plastica.motion.thermodynamics import thermodynamics
     from plastica.numerics.grid import Grid
     from plastica.physics import programs
     from plastica.physics.initial import Shape, piecewise
@@ -86,6 +87,7 @@ _HOMES = {
     "solve": "plastica.motion.solve",
     "solve_many": "plastica.motion.many",
     "spectrum": "plastica.equilibria.spectrum",
+    "thermodynamics": "plastica.motion.thermodynamics",
     "thresholds": "plastica.charts.thresholds",
     "time_one_map": "plastica.motion.longtime",
 }
@@ -135,6 +137,7 @@ __all__ = [
     "solve",
     "solve_many",
     "spectrum",
+    "thermodynamics",
     "thresholds",
     "time_one_map",
 ]

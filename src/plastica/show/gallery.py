@@ -17,6 +17,7 @@ from plastica.motion.solution import Solution
 from plastica.show.admissible import set_figure
 from plastica.show.branches import branches_figure, folds_figure
 from plastica.show.charts import basin_figure, capacity_figure, is_capacity, phase_figure
+from plastica.show.entropy import entropy_figure, is_thermodynamics
 from plastica.show.modes import spectrum_figure
 from plastica.show.rods import equilibrium_figure, limit_figure, rest_figure
 
@@ -52,6 +53,8 @@ def drawn(result: object, path: Solution | None = None) -> Figure | None:
     found: Any = result
     if is_capacity(found):
         return capacity_figure(found)
+    if is_thermodynamics(found):
+        return entropy_figure(found)
     if isinstance(result, (Branch, FoldCurve)):
         found = (result,)
     if isinstance(found, (tuple, list)) and found:
