@@ -170,14 +170,20 @@ class Rod(Model):
         mu_tt : ndarray, shape (..., n)
             0 where the rod has no inertia: it is then no part of the equations.
         """
-        curvature, natural = np.asarray(mu, dtype=float), np.asarray(mu_nat, dtype=float)
-        moment = self.couple(t, curvature) - (curvature - self.division.spread(natural))
-        natural_t = self.natural_rate(curvature, natural)
+        first, turn = self._motion(t, mu, mu_nat, mu_t)
+        mu_tt = np.linalg.solve(self.grid.A, turn[..., None])[..., 0]
+        return first, self.natural_rate(mu, mu_nat), np.asarray(mu_tt, dtype=float)
+
+    def _motion(
+        self, t: ArrayLike, mu: ArrayLike, mu_nat: ArrayLike, mu_t: ArrayLike | None
+    ) -> tuple[Array, Array]:
+        """Rate of curvature and angular acceleration theta_tt of a state; the latter is 0 without inertia."""
+        curvature = np.asarray(mu, dtype=float)
+        moment = self.couple(t, curvature) - (curvature - self.division.spread(mu_nat))
         if not self.has_inertia:
-            return moment / self._damping, natural_t, np.zeros_like(curvature)
+            return moment / self._damping, np.zeros_like(curvature)
         first = np.zeros_like(curvature) if mu_t is None else np.asarray(mu_t, dtype=float)
-        turn = self._angular_acceleration(curvature, first, moment - self._damping * first)
-        return first, natural_t, np.asarray(np.linalg.solve(self.grid.A, turn[..., None])[..., 0], dtype=float)
+        return first, self._angular_acceleration(curvature, first, moment - self._damping * first)
 
     def _angular_acceleration(self, mu: Array, mu_t: Array, moment: Array) -> Array:
         """Angular acceleration theta_tt that an unbalanced moment causes at the nodes; all of shape (..., n).
@@ -205,10 +211,9 @@ class Rod(Model):
         Arguments as of `rate`. At the clamp M(0) = m1 + int [n.b - eps0 theta_tt], from the balance of moments.
         """
         curvature = np.asarray(mu, dtype=float)
-        first, _, second = self.rate(t, curvature, mu_nat, mu_t)
-        theta = self.angle(curvature)
+        first, turn = self._motion(t, curvature, mu_nat, mu_t)
+        theta, spin = self.angle(curvature), self.angle(first)
         sin, cos = np.sin(theta), np.cos(theta)
-        spin, turn = self.angle(first), self.angle(second)
         x_tt = (-turn * sin - spin**2 * cos) @ self.grid.A.T
         y_tt = (turn * cos - spin**2 * sin) @ self.grid.A.T
         along, across = self.dead_force(t)
