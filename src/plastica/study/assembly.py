@@ -44,7 +44,7 @@ def plan(
     max_steps = MOST_STEPS if solve.max_steps is None else solve.max_steps
     if max_steps > STEPS_ALLOWED:
         problems.add(("solve", "max_steps"), f"must be at most {STEPS_ALLOWED}, but is {max_steps}.")
-    with sorted_under(problems, "solve"):
+    with sorted_under(problems, "solve"), _as_force(problems):
         made = make_plan(model, solve.until, solve.rtol, solve.method, None, start, max_steps)
         times = _times(solve.times, model, made, problems)
         if times is not None:
