@@ -50,6 +50,7 @@ SIGNATURES = {
     "phase_diagram": "material, gamma=(0.0, 20.0), alpha=(-12.0, 12.0), shape=(400, 400), *specimen=None",
     "basin": "strut, shape='cos(pi*s/2)', amplitude=0.0, natural_curvature=0.0, *rtol=1e-08, *progress=None",
     "spectrum": "equilibrium, count=6, *lowest=0",
+    "modes": "rod, equilibrium=None, count=6",
     "asymptotic_phase": "equilibrium, mu, mu_nat, grid",
     "predict_limit": "strut, mu, mu_nat",
     "rest": "model, curvature=0.0, natural_curvature=0.0",
@@ -81,7 +82,7 @@ SIGNATURES = {
 }
 """Names with their arguments: * before what is given by name only, … for a default made anew each time."""
 
-RESULTS = {"Basin", "EquilibriumSet", "Limit", "PhaseDiagram", "Rest", "Solution", "Spectrum", "Thresholds"}
+RESULTS = {"Basin", "EquilibriumSet", "Limit", "Modes", "PhaseDiagram", "Rest", "Solution", "Spectrum", "Thresholds"}
 """What the verbs give back; nobody makes one by hand, but types are annotated with them."""
 
 VARIABLES = {

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from plastica.equilibria.equilibrium import Equilibrium, equilibrium
     from plastica.equilibria.equilibrium_set import EquilibriumSet
     from plastica.equilibria.limits import Limit, predict_limit
+    from plastica.equilibria.mode_set import Modes
+    from plastica.equilibria.modes import modes
     from plastica.equilibria.projection import asymptotic_phase
     from plastica.equilibria.rest import Rest, rest
     from plastica.equilibria.spectrum import Spectrum, spectrum
@@ -38,8 +40,8 @@ if TYPE_CHECKING:
     from plastica.physics.initial import Shape, piecewise
     from plastica.physics.ledger import Ledger
     from plastica.physics.load import Load
-    from plastica.physics.scales import Specimen
     from plastica.physics.rod import Rod
+    from plastica.physics.scales import Specimen
     from plastica.physics.strut import Strut
     from plastica.show.film import film
     from plastica.show.plots import plot
@@ -55,6 +57,7 @@ _HOMES = {
     "Limit": "plastica.equilibria.limits",
     "Load": "plastica.physics.load",
     "Material": "plastica.material.material",
+    "Modes": "plastica.equilibria.mode_set",
     "PhaseDiagram": "plastica.charts.phase",
     "Rest": "plastica.equilibria.rest",
     "Shape": "plastica.physics.initial",
@@ -76,6 +79,7 @@ _HOMES = {
     "film": "plastica.show.film",
     "fold_curve": "plastica.equilibria.branches",
     "measured_shape": "plastica.study.measured",
+    "modes": "plastica.equilibria.modes",
     "omega_limit": "plastica.motion.longtime",
     "phase_diagram": "plastica.charts.phase",
     "piecewise": "plastica.physics.initial",
@@ -102,6 +106,7 @@ __all__ = [
     "Limit",
     "Load",
     "Material",
+    "Modes",
     "PhaseDiagram",
     "Rest",
     "Rod",
@@ -125,6 +130,7 @@ __all__ = [
     "film",
     "fold_curve",
     "measured_shape",
+    "modes",
     "omega_limit",
     "phase_diagram",
     "piecewise",
