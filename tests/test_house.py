@@ -47,6 +47,7 @@ HOMES = {
     "rich": {"doors"},
     "h5py": {"motion"},
     "h5netcdf": {"motion"},
+    "zarr": {"study"},
     "xarray": {"equilibria", "motion", "charts", "study", "show"},
     "array_api_compat": {"numerics"},
     "scipy": {"numerics", "physics", "equilibria", "motion", "charts", "study"},

@@ -1,0 +1,255 @@
+"""Members of a sweep that differ in thrust, material and start only: all of a chunk through `solve_many` at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.errors import PlasticaError
+from plastica.motion.many import solve_many
+from plastica.motion.outcome import BENT, STRAIGHT
+from plastica.numerics.grid import AUTO_NODES
+from plastica.physics.batch import batch_laws
+from plastica.physics.initial import initial_shape, nodal_values
+from plastica.physics.program import Program
+from plastica.physics.strut import Strut
+from plastica.study.building import number
+from plastica.study.sweep_axes import AMPLITUDE, Axis
+from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
+from plastica.study.sweep_plan import Plan, amplified
+from plastica.units import looks_like_quantity
+
+__all__ = ["compute_together"]
+
+Array = NDArray[np.float64]
+Columns = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """First states: what `solve_many` takes, and the largest tangent angle of each."""
+
+    curvature: Any
+    natural: Array
+    angle: Array
+    shape_parameters: dict[str, Array]
+
+
+def compute_together(plan: Plan, values: Array) -> Columns:
+    """Compute some members in one batch; see `sweep_tasks.compute`."""
+    base, columns = plan.base, dict(zip((axis.key for axis in plan.axes), values.T, strict=True))
+    strut = base.model
+    if not isinstance(strut, Strut):
+        raise TypeError("a batch is of struts")
+    usable = _usable(plan, columns)
+    made = empty_chunk(plan, len(values))
+    _fill_refused(made, ~usable)
+    if not usable.any():
+        return made
+    columns = {key: column[usable] for key, column in columns.items()}
+    start, thrust = _start(plan, columns), _thrust(plan, columns)
+    own = {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
+    end = number(base.until, "s")
+    times = None if plan.times is None else np.union1d(plan.times, [end])
+    also = [each for name, each in (("state", "curvature"), ("limit", "limit")) if name in plan.outputs]
+    found = solve_many(
+        strut,
+        start.curvature,
+        start.natural,
+        thrust,
+        own,
+        end,
+        base.rtol,
+        base.atol,
+        times,
+        shape_parameters=start.shape_parameters,
+        also=also,
+        chunk=len(values),
+    )
+    _fill(made, usable, plan, found)
+    if "verdict" in plan.outputs:
+        pushed = _pushed(strut, thrust, end, start.natural.size)
+        regime, yielding = _verdicts(strut, _last(found), start, own, pushed)
+        ended = np.asarray(found["status"].values) == "done"
+        made["regime"][usable] = np.where(ended, regime, REGIMES.index("untold"))
+        made["yielding"][usable] = yielding
+    return made
+
+
+def _usable(plan: Plan, columns: dict[str, Array]) -> NDArray[np.bool_]:
+    """Which members' loads and parameters can be read at all: labels, whose texts the scenario's reader judges."""
+    count = len(next(iter(columns.values())))
+    usable = np.ones(count, dtype=bool)
+    for key, column in columns.items():
+        axis = next(each for each in plan.axes if each.key == key)
+        if axis.kind != "label" and not key.startswith("load.thrust."):
+            continue
+        for value in np.unique(column):
+            if _alone(plan, axis, float(value)) is None:
+                usable[column == value] = False
+    return usable
+
+
+def _alone(plan: Plan, axis: Axis, value: float) -> Any:
+    """The scenario with this one value changed; None where it is refused."""
+    one = Plan(plan.document, plan.table, plan.base, _only(plan, axis), plan.outputs, plan.times, 1)
+    try:
+        return one.scenario(np.array([value]))
+    except PlasticaError:
+        return None
+
+
+def _only(plan: Plan, axis: Axis) -> Any:
+    from dataclasses import replace
+
+    return replace(plan.members, axes=(axis,))
+
+
+def _fill_refused(made: Columns, refused: NDArray[np.bool_]) -> None:
+    codes = {
+        "status": STATUSES.index("refused"),
+        "method": METHODS.index("none"),
+        "steps": 0,
+        "nodes": 0,
+        "regime": REGIMES.index("untold"),
+        "yielding": 0,
+        "limit_kind": LIMITS.index("none"),
+        "limit_stable": 2,
+    }
+    for name, value in codes.items():
+        if name in made:
+            made[name][refused] = value
+
+
+def _start(plan: Plan, columns: dict[str, Array]) -> _Start:
+    """Read the first states of all members."""
+    base, count = plan.base, len(next(iter(columns.values())))
+    natural = columns.get("initial.natural_curvature", np.full(count, float(np.asarray(base.natural_curvature))))
+    factor = columns.get(AMPLITUDE, np.ones(count))
+    given = columns.get("initial.curvature")
+    axis = next((each for each in plan.axes if each.key == "initial.curvature"), None)
+    if given is not None and axis is not None and axis.kind != "label":
+        return _uniform(plan, given * factor, natural)
+    if given is None:
+        curvature = base.curvature
+        uniform = _constant(curvature)
+        if uniform is not None:
+            return _uniform(plan, uniform * factor, natural)
+        if AMPLITUDE not in columns:
+            return _Start(curvature, natural, np.full(count, _angle(plan, curvature)), {})
+        angle = np.abs(factor) * _angle(plan, curvature)
+        if isinstance(curvature, str):
+            return _Start(f"amplitude*({curvature})", natural, angle, {"amplitude": factor})
+        return _Start([amplified(base, float(one)) for one in factor], natural, angle, {})
+    scenarios = {value: _alone(plan, axis, float(value)) for value in np.unique(given)} if axis is not None else {}
+    angles = {value: _angle(plan, each.curvature) for value, each in scenarios.items()}
+    shapes = [amplified(scenarios[v], float(f)) for v, f in zip(given, factor, strict=True)]
+    return _Start(shapes, natural, np.abs(factor) * np.array([angles[v] for v in given]), {})
+
+
+def _constant(curvature: Any) -> float | None:
+    """A curvature that is one number, in the user's units; None where it is a shape."""
+    if isinstance(curvature, int | float):
+        return float(curvature)
+    if isinstance(curvature, str) and looks_like_quantity(curvature):
+        return number(curvature, "1/m")
+    return None
+
+
+def _uniform(plan: Plan, curvature: Array, natural: Array) -> _Start:
+    length = plan.base.model.scales.length
+    return _Start(np.ascontiguousarray(curvature[:, None]), natural, np.abs(curvature) * length, {})
+
+
+def _angle(plan: Plan, curvature: Any) -> float:
+    """Largest tangent angle of an initial shape."""
+    model = plan.base.model
+    grid = model.grid.with_nodes(AUTO_NODES[3]) if model.grid.nodes == "auto" else model.grid
+    shape, grid = initial_shape(curvature, grid, model.scales, si=model.specimen is not None)
+    mu = nodal_values(shape, grid)
+    return float(max(np.abs(grid.A @ mu).max(), abs(grid.w @ mu)))
+
+
+def _thrust(plan: Plan, columns: dict[str, Array]) -> Any:
+    """What each member is pushed by: numbers, programs, or None where all are pushed alike."""
+    axes = [axis for axis in plan.axes if axis.path[:2] == ("load", "thrust")]
+    if not axes:
+        return None
+    if len(axes) == 1 and axes[0].key == "load.thrust" and axes[0].kind != "label":
+        return np.ascontiguousarray(columns["load.thrust"])
+    rows = np.stack([columns[axis.key] for axis in axes], axis=1)
+    some, which = np.unique(rows, axis=0, return_inverse=True)
+    made = [_program(plan, axes, row) for row in some]
+    return [made[i] for i in which.ravel()]
+
+
+def _program(plan: Plan, axes: list[Axis], row: Array) -> Program:
+    from dataclasses import replace
+
+    one = replace(plan, members=replace(plan.members, axes=tuple(axes)))
+    return one.scenario(row).model.load.thrust
+
+
+def _pushed(strut: Strut, thrust: Any, end: float, count: int) -> NDArray[np.bool_]:
+    """Which members are under thrust alone at the end."""
+    if {"transverse", "couple"} & {name for name, _ in strut.loads.sources()}:
+        return np.zeros(count, dtype=bool)
+    if thrust is None:
+        return np.full(count, float(strut.load.thrust(end)) > 0.0)
+    if isinstance(thrust, np.ndarray):
+        return np.asarray(thrust > 0.0)
+    return np.array([float(program(end)) > 0.0 for program in thrust])
+
+
+def _last(found: Any) -> dict[str, Array]:
+    """What is told of the last states."""
+    return {name: values if (values := found[name].values).ndim == 1 else values[:, -1] for name in FINAL}
+
+
+def _fill(made: Columns, usable: NDArray[np.bool_], plan: Plan, found: Any) -> None:
+    """Put what was found where the store wants it."""
+    for name, values in _last(found).items():
+        if name in made:
+            made[name][usable] = values
+    for name in ("steps", "nodes", "time_reached", "curvature", "limit_natural_curvature"):
+        if name in made:
+            made[name][usable] = found[name].values
+    for name, codes, other in (("status", STATUSES, "solver_failed"), ("method", METHODS, "none")):
+        made[name][usable] = _codes(found[name].values, codes, other)
+    if "limit_kind" in made:
+        made["limit_kind"][usable] = _codes(found["limit_kind"].values, LIMITS, "none")
+        stable = found["limit_stable"].values
+        made["limit_stable"][usable] = np.where(stable < 0, 2, stable)
+    if plan.times is not None:
+        at = np.searchsorted(found["t"].values, plan.times)
+        for name in HISTORY:
+            made[f"{name}_history"][usable] = found[name].values[:, at]
+
+
+def _codes(words: NDArray[Any], known: tuple[str, ...], other: str) -> NDArray[np.int8]:
+    place = {word: code for code, word in enumerate(known)}
+    return np.array([place.get(str(word), place[other]) for word in words], dtype=np.int8)
+
+
+def _verdicts(
+    strut: Strut, last: dict[str, Array], start: _Start, own: dict[str, Array], pushed: NDArray[np.bool_]
+) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Judge the last states as `Solution.outcome` does: the regime, and whether they yield.
+
+    A rod whose natural curvature has not moved springs back if it would not move on the way back either. Let go, its
+    drive goes from D to -kappa'(mu_nat), monotonously: (int mu - mu_nat) e^(-t) - kappa'(mu_nat) (design, section 1.2).
+    """
+    scales = strut.scales
+    first = (start.natural * scales.length) * scales.curvature
+    laws = batch_laws(strut, tuple(own), np)
+    with np.errstate(all="ignore"):
+        relaxed = laws.preference_slope(last["natural_curvature"] / scales.curvature, *own.values()) * scales.drive
+        yielding = np.abs(last["drive"]) > last["threshold"]
+        kept = (last["natural_curvature"] != first) | yielding | (np.abs(relaxed) > last["threshold"])
+        angle = last["largest_angle"]
+        began = np.maximum(start.angle, np.abs(start.natural * scales.length))
+        buckled = pushed & (angle > max(STRAIGHT, BENT)) & (angle > 2.0 * began)
+    return (buckled + 2 * kept).astype(np.int8), yielding.astype(np.int8)

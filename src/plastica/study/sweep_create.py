@@ -1,0 +1,181 @@
+"""Make the folder of a sweep, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from plastica.errors import FileError
+from plastica.files import as_path
+from plastica.study.building import inside
+from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
+from plastica.study.sweep_plan import Plan, versions
+from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
+
+__all__ = ["bytes_of", "create"]
+
+LEAST_FREE: Final = 1.1
+"""How many times the uncompressed size of a sweep must be free on the disk, beside a hundred megabytes."""
+
+AT_A_TIME: Final = 500_000
+"""Members whose values are written at a time."""
+
+
+def bytes_of(plan: Plan) -> int:
+    """Return the size of a finished sweep before compression."""
+    return plan.count * sum(each.bytes_per_member for each in (*variables_of(plan), *coordinates_of(plan)))
+
+
+def create(folder: str | Path, plan: Plan) -> Store:
+    """Make the folder of a sweep, whole or not at all; take it up where there is one of the same sweep already.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where it shall be; the folder above is made if need be.
+    plan : Plan
+        The sweep.
+
+    Returns
+    -------
+    Store
+
+    Raises
+    ------
+    FileError
+        Where there is something else, the disk is too small, or it cannot be written.
+    """
+    target = as_path(folder, "store")
+    if target.exists():
+        return _taken_up(target, plan)
+    _check_disk(target, plan)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+    except OSError as error:
+        raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
+    try:
+        aside.chmod(0o755)
+        _fill(aside, plan)
+        aside.rename(target)
+    except OSError as error:
+        if target.exists():
+            return _taken_up(target, plan)
+        raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+    return Store(target, plan, plan.identity, versions())
+
+
+def _taken_up(target: Path, plan: Plan) -> Store:
+    found = open_store(target)
+    if found.identity != plan.identity:
+        raise FileError(
+            "holds another sweep, or one that was begun with other versions of plastica, NumPy or SciPy",
+            where=str(target),
+            next_step="Name another store.",
+        )
+    return Store(target, plan, plan.identity, versions())
+
+
+def _check_disk(target: Path, plan: Plan) -> None:
+    above = next(parent for parent in target.absolute().parents if parent.exists())
+    needed = bytes_of(plan)
+    free = shutil.disk_usage(above).free
+    if LEAST_FREE * needed + 1e8 > free:
+        raise FileError(
+            f"would take up to {needed / 1e9:.3g} GB, and only {free / 1e9:.3g} GB are free there",
+            where=str(target),
+            next_step="Keep fewer outputs or members, or name a store on another disk.",
+        )
+
+
+def _fill(folder: Path, plan: Plan) -> None:
+    """Write all but what is to be computed."""
+    (folder / SCENARIO).write_text(plan.document.text, encoding="utf-8")
+    for name in plan.inputs:
+        copy = folder / name
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(inside(plan.document.file.parent, name), copy)
+    described = {
+        "schema": SCHEMA,
+        "identity": plan.identity,
+        "scenario": plan.document.file.name,
+        "sweep": plan.table,
+        "chunk": plan.chunk,
+        "versions": versions(),
+    }
+    (folder / PLAN).write_text(json.dumps(described, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    _fill_results(folder / RESULTS, plan)
+
+
+def _fill_results(path: Path, plan: Plan) -> None:
+    import zarr
+
+    about = {"title": plan.base.title or "a sweep", "plastica_sweep": SCHEMA, "sampling": plan.members.sampling}
+    group = zarr.create_group(path, zarr_format=3, attributes=about)
+    for variable in variables_of(plan):
+        _make(group, plan, variable)
+    _make_fixed(group, plan)
+    coordinates = [_make(group, plan, each) for each in coordinates_of(plan)]
+    for axis, array in zip(plan.axes, coordinates, strict=True):
+        if axis.kind == "label":
+            array.update_attributes({"labels": [str(label) for label in axis.labels]})
+    first = 0
+    # Chunks of the coordinates are written whole, some at a time.
+    size = plan.chunk * max(1, AT_A_TIME // plan.chunk)
+    for block in plan.members.blocks(size):
+        for values, array in zip(block.T, coordinates, strict=True):
+            array[first : first + len(values)] = values.astype(array.dtype)
+        first += len(block)
+    seal = group.create_array(
+        SEAL,
+        shape=(plan.chunks, 32),
+        chunks=(1, 32),
+        dtype="u1",
+        fill_value=0,
+        compressors=None,
+        dimension_names=("chunk", "byte"),
+    )
+    seal.update_attributes({"long_name": "digest of every chunk that is done"})
+
+
+def _make(group: Any, plan: Plan, variable: Variable) -> Any:
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    shape = (plan.count, *variable.shape)
+    return group.create_array(
+        variable.name,
+        shape=shape,
+        chunks=chunk_shape((plan.chunk, *variable.shape), shape),
+        dtype=variable.dtype,
+        fill_value=variable.fill,
+        compressors=[ZstdCodec(level=3), Crc32cCodec()],
+        dimension_names=variable.dims,
+        attributes=variable.attributes,
+        config={"write_empty_chunks": True},
+    )
+
+
+def _make_fixed(group: Any, plan: Plan) -> None:
+    """Coordinates that all members share."""
+    model, given = plan.base.problem.strut, {}
+    si = model.specimen is not None
+    if plan.times is not None:
+        given["t"] = (plan.times, "s" if si else "1", "time")
+    if "state" in plan.outputs:
+        given["s"] = (model.grid.s * model.scales.length, "m" if si else "1", "arc length from the clamp")
+        weight = model.grid.w * model.scales.length
+        given["s_weight"] = (weight, "m" if si else "1", "quadrature weight of the node")
+    for name, (values, unit, words) in given.items():
+        about = {"units": unit, "long_name": words}
+        names = ("s",) if name == "s_weight" else (name,)
+        array = group.create_array(
+            name, shape=values.shape, dtype="<f8", fill_value=np.nan, dimension_names=names, attributes=about
+        )
+        array[:] = values

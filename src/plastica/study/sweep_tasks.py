@@ -1,0 +1,220 @@
+"""What is computed of some members of a sweep: together where that can be done, else one by one."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plastica.errors import PlasticaError
+from plastica.motion.solution import Solution
+from plastica.motion.solve import solve
+from plastica.physics.ledger import liapunov
+from plastica.study.scenario import Scenario
+from plastica.study.sweep_batch import compute_together
+from plastica.study.sweep_outputs import FAILED, FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
+from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_store import Store
+
+__all__ = ["Told", "compute", "run_chunk", "solved"]
+
+Array = NDArray[np.float64]
+Columns = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Told:
+    """What became of one chunk.
+
+    Attributes
+    ----------
+    chunk : int
+        Which one.
+    members : int
+        How many members it has.
+    failed : int
+        Members that did not end as asked.
+    seconds : float
+        What it took; 0 where it was done already.
+    computed : bool
+        Whether it was computed now.
+    """
+
+    chunk: int
+    members: int
+    failed: int
+    seconds: float
+    computed: bool
+
+
+def run_chunk(store: Store, chunk: int) -> Told:
+    """Compute a chunk of a sweep and write it down, unless it is done.
+
+    Parameters
+    ----------
+    store : Store
+        The sweep.
+    chunk : int
+        Which chunk.
+
+    Returns
+    -------
+    Told
+    """
+    first, last = store.plan.span(chunk)
+    if store.is_done(chunk):
+        return Told(chunk, last - first, _failed(store.read(["status"], first, last)["status"]), 0.0, False)
+    began = time.perf_counter()
+    columns = compute(store.plan, store.values(first, last))
+    if not store.is_done(chunk):
+        store.write(chunk, columns)
+        store.note({"chunk": chunk, "members": last - first, "seconds": round(time.perf_counter() - began, 4)})
+    return Told(chunk, last - first, _failed(columns["status"]), time.perf_counter() - began, True)
+
+
+def _failed(status: NDArray[Any]) -> int:
+    return int(np.isin(status, [STATUSES.index(code) for code in FAILED]).sum())
+
+
+def compute(plan: Plan, values: Array) -> Columns:
+    """Compute some members.
+
+    Parameters
+    ----------
+    plan : Plan
+        The sweep.
+    values : ndarray, shape (members, axes)
+        What the members take.
+
+    Returns
+    -------
+    dict of ndarray
+        The variables of the store by name, the member first. Nothing depends on which members are computed together.
+    """
+    if plan.batched:
+        # What no batch takes as a whole is computed one by one, so that each member is judged on its own.
+        with contextlib.suppress(PlasticaError):
+            return compute_together(plan, values)
+    made = empty_chunk(plan, len(values))
+    for i, row in enumerate(values):
+        for name, value in _member(plan, row).items():
+            if name in made:
+                made[name][i] = value
+    return made
+
+
+def solved(scenario: Scenario) -> Solution:
+    """Solve a scenario of a member, as `plastica run` would."""
+    return solve(
+        scenario.model,
+        scenario.curvature,
+        scenario.natural_curvature,
+        scenario.until,
+        scenario.rtol,
+        scenario.atol,
+        scenario.method,
+        scenario.times,
+        curvature_rate=scenario.curvature_rate,
+        start=scenario.start,
+        max_steps=scenario.max_steps,
+    )
+
+
+def _member(plan: Plan, values: Array) -> dict[str, Any]:
+    """Everything that may be kept of one member."""
+    try:
+        solution = solved(plan.scenario(values))
+    except PlasticaError:
+        # A scenario that is refused is a result of the sweep; `Sweep.scenario` tells what is wrong with it.
+        return _refused()
+    told: dict[str, Any] = {
+        "status": STATUSES.index(solution.status.code),
+        "method": METHODS.index(solution.method),
+        "steps": solution.counts.steps,
+        "nodes": solution.model.grid.per_element,
+        "time_reached": solution.history.end * solution.model.scales.time,
+    }
+    last = _readings(solution, np.array([solution.history.end]))
+    told |= {name: last[name][0] for name in FINAL}
+    if "verdict" in plan.outputs:
+        told |= {"regime": _regime(solution), "yielding": _yielding(last)}
+    if "limit" in plan.outputs:
+        told |= _limit(solution)
+    if "state" in plan.outputs:
+        model = solution.model
+        told["curvature"] = model.layout.mu(solution.history.y[-1]) * model.scales.curvature
+    if plan.times is not None:
+        told |= _history(solution, plan.times)
+    return told
+
+
+def _refused() -> dict[str, Any]:
+    return {
+        "status": STATUSES.index("refused"),
+        "method": METHODS.index("none"),
+        "steps": 0,
+        "nodes": 0,
+        "regime": REGIMES.index("untold"),
+        "yielding": 0,
+        "limit_kind": LIMITS.index("none"),
+        "limit_stable": 2,
+    }
+
+
+def _readings(solution: Solution, t: Array) -> dict[str, Array]:
+    """What is told of the states at dimensionless times, in the user's units; shape (times,) or (times, segments)."""
+    model = solution.model
+    scales, layout, w, y = model.scales, model.layout, model.grid.w, solution.history(t)
+    mu, natural, mu_t = layout.mu(y), layout.natural(y), layout.mu_t(y)
+    theta, turned = model.angle(mu), mu @ w
+    largest = np.maximum(np.abs(theta).max(axis=-1), np.abs(turned))
+    values = {
+        "natural_curvature": natural,
+        "drive": model.drive(mu, natural),
+        "threshold": np.broadcast_to(model.threshold(natural), np.shape(natural)),
+        "tip_x": np.cos(theta) @ w,
+        "tip_y": np.sin(theta) @ w,
+        "tip_angle": turned,
+        "largest_angle": largest,
+        "liapunov": liapunov(model, t, mu, natural, mu_t),
+    }
+    return {name: np.asarray(values[name] * getattr(scales, kind)) for name, (kind, _) in FINAL.items()}
+
+
+def _yielding(last: dict[str, Array]) -> int:
+    return int(np.any(np.abs(last["drive"]) > last["threshold"]))
+
+
+def _regime(solution: Solution) -> int:
+    if not solution.status.ok:
+        return REGIMES.index("untold")
+    outcome = solution.outcome
+    return int(outcome.shape == "buckled") + 2 * int(outcome.memory == "permanent set")
+
+
+def _limit(solution: Solution) -> dict[str, Any]:
+    limit = solution.limit
+    if limit is None or limit.equilibrium is None:
+        return {"limit_kind": LIMITS.index("none" if limit is None else limit.kind), "limit_stable": 2}
+    return {
+        "limit_kind": LIMITS.index(limit.kind),
+        "limit_stable": int(bool(limit.stable)),
+        "limit_natural_curvature": limit.equilibrium.mu_nat * solution.model.scales.curvature,
+    }
+
+
+def _history(solution: Solution, times: Array) -> dict[str, Any]:
+    """The same at all times of the histories that the member came to; nan beyond."""
+    history, scale = solution.history, solution.model.scales.time
+    reached = times / scale <= history.end * (1.0 + 4.0 * np.finfo(float).eps)
+    found = _readings(solution, np.minimum(times[reached] / scale, history.end))
+    told = {}
+    for name in HISTORY:
+        values = np.full((times.size, *found[name].shape[1:]), np.nan)
+        values[reached] = found[name]
+        told[f"{name}_history"] = values
+    return told
