@@ -134,10 +134,12 @@ def compiled_with(
     ----------
     functions : mapping of str to callable
         What is called, by the names of `plastica.material.functions`, and "power".
-    tree, variable, values, argument_scale, value_scale
+    tree, variable, values
         As in `array_function`.
     arguments : mapping of sympy.Symbol to str
         Symbols that are arguments besides the variable, in order, and their names there.
+    argument_scale, value_scale : float
+        Factors of the argument and of the value.
 
     Returns
     -------

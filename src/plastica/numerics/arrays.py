@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, TypeAlias
@@ -121,14 +120,6 @@ class Arrays:
     def empty(self, *shape: int) -> AnyArray:
         """Return where results of this shape may be written; None where nothing can be."""
         return np.zeros(shape) if self.writable else None
-
-    def number(self, value: float) -> Any:
-        """Return a number as the functions of the library take it."""
-        return value if self.writable else self.of(value)
-
-    def silent(self) -> AbstractContextManager[Any]:
-        """Return a context in which what overflows or is undefined is inf or nan without a word."""
-        return np.errstate(all="ignore")
 
     @cached_property
     def tangent_is_vectorised(self) -> bool:

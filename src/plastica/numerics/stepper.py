@@ -63,6 +63,10 @@ class System(Protocol):
     def autonomous(self) -> bool:
         """Whether the rate does not depend on time."""
 
+    @property
+    def switching(self) -> int | None:
+        """A row whose rate is exactly 0 for a while and then is not, if there is one."""
+
     def rate(self, arrays: Arrays, width: int) -> Rate:
         """Return the rate for blocks of a width: (t, y, p, out) -> dy/dt, written into `out` where that is not None."""
 

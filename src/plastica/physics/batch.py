@@ -151,6 +151,11 @@ class Struts:
         """Whether no load changes on a leg."""
         return not self.forces.varying
 
+    @property
+    def switching(self) -> int:
+        """The natural curvature, which moves or does not."""
+        return self.strut.grid.size
+
     @cached_property
     def _parameter_rows(self) -> range:
         return range(self.forces.rows, self.forces.rows + len(self.varying))
