@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from plastica.material import catalogue
     from plastica.material.admissibility import Verdict
     from plastica.material.material import Material
+    from plastica.motion.histories import force_displacement, moment_curvature
     from plastica.motion.longtime import omega_limit, time_one_map
     from plastica.motion.many import solve_many
     from plastica.motion.solution import Solution
@@ -78,8 +79,10 @@ _HOMES = {
     "equilibrium": "plastica.equilibria.equilibrium",
     "film": "plastica.show.film",
     "fold_curve": "plastica.equilibria.branches",
+    "force_displacement": "plastica.motion.histories",
     "measured_shape": "plastica.study.measured",
     "modes": "plastica.equilibria.modes",
+    "moment_curvature": "plastica.motion.histories",
     "omega_limit": "plastica.motion.longtime",
     "phase_diagram": "plastica.charts.phase",
     "piecewise": "plastica.physics.initial",
@@ -129,8 +132,10 @@ __all__ = [
     "equilibrium",
     "film",
     "fold_curve",
+    "force_displacement",
     "measured_shape",
     "modes",
+    "moment_curvature",
     "omega_limit",
     "phase_diagram",
     "piecewise",

@@ -24,6 +24,7 @@ DIMENSIONLESS: Final = {
     "distributed": "× L³/EI",
     "drive": "/ EI",
     "energy": "× L/EI",
+    "velocity": "× T/L",
     "ratio": "",
 }
 """How a dimensionless quantity was made from one with a dimension, by kind."""
@@ -89,8 +90,10 @@ def axis_unit(unit: str, largest: float) -> tuple[float, str]:
         return float(np.pi / 180.0), "°"
     if unit == "s":
         return next(((f, n) for f, n in _TIMES if size >= 2.0 * f), (1.0, "s") if size == 0.0 else _TIMES[-1])
-    if unit == "m":
-        return next((f, n) for f, n in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")) if _fits(size, f, n, "µm", "mm"))
+    if unit in ("m", "m/s"):
+        per = unit[1:]
+        found = next((f, n) for f, n in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")) if _fits(size, f, n, "µm", "mm"))
+        return found[0], found[1] + per
     name = _PRETTY.get(unit, unit)
     if unit not in _PRETTY or not unit[0].isalpha() or size == 0.0:
         return 1.0, name
@@ -118,6 +121,8 @@ class TimeAxis:
         Limits, in that unit; on a log axis `lower` is a time before which next to nothing has happened.
     label : str
         For the axis.
+    natural : str
+        What times are multiples of where they are dimensionless, in words.
     """
 
     scale: str
@@ -127,6 +132,7 @@ class TimeAxis:
     lower: float
     upper: float
     label: str
+    natural: str = "retardation times"
 
     def __call__(self, t: Any) -> Array:
         """Return times (user's units) on the axis; what is earlier than a log axis begins is put at its edge."""
@@ -180,7 +186,7 @@ class TimeAxis:
     def words(self, t: float) -> str:
         """Write a time (user's units) for people, in a unit that suits it."""
         if self.unit == "":
-            return f"{t:.4g} retardation times"
+            return f"{t:.4g} {self.natural}"
         factor, name = axis_unit("s", t)
         return f"{t / factor:.4g} {name}"
 

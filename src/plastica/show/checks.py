@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from plastica.motion.outcome import REFERENCES, provenance
+from plastica.physics.ledger import kinetic_energy, stored_energy
 from plastica.show.subject import Section, Subject
 from plastica.show.words import number
 
@@ -25,14 +26,15 @@ def ledger(subject: Subject) -> Section:
         ("Viscous dissipation", "lost to the rate of bending", sheet.viscous_dissipation),
         ("Dissipation of the natural curvature", "lost to yielding: the price of the set", sheet.natural_dissipation),
     ]
-    if sheet.kinetic_energy != 0.0:
-        rows.append(("Kinetic energy", "of the moving rod", sheet.kinetic_energy))
+    if subject.solution.model.has_inertia:
+        rows.append(("Change of the kinetic energy", "of the moving rod", sheet.kinetic_energy))
     allowed = LEDGER_SLACK * subject.solution.rtol * sheet.largest_energy
     return Section(
         "ledger",
         "The ledger",
         {
             "rows": [(name, words, write(value, "energy")) for name, words, value in rows],
+            "kinetic": subject.solution.model.has_inertia,
             "residual": write(sheet.residual, "energy"),
             "balances": abs(sheet.residual) <= allowed,
             "judgement": _judgement(subject, abs(sheet.residual), allowed),
@@ -61,17 +63,19 @@ def _judgement(subject: Subject, left: float, allowed: float) -> str:
 def promises(subject: Subject) -> Section:
     """The a-priori bounds, with what was met on the way."""
     solution = subject.solution
-    n, w = solution.model.grid.size, solution.model.grid.w
+    model, layout, w = solution.model, solution.model.layout, solution.model.grid.w
     y, bound = solution.history.y, solution.bounds
-    mu, mu_nat = y[:, :n], y[:, n]
-    bending = np.sqrt((mu - mu_nat[:, None]) ** 2 @ w)
-    stored = 0.5 * bending**2 + solution.model.laws.preference.value(mu_nat)
+    mu, mu_nat, mu_t = layout.mu(y), layout.natural(y), layout.mu_t(y)
+    bending = np.sqrt((mu - model.division.spread(mu_nat)) ** 2 @ w)
+    held = stored_energy(model, mu, mu_nat) + kinetic_energy(model, mu, mu_t)
+    natural = np.abs(mu_nat.reshape(y.shape[0], -1)).max(axis=1)
+    energy = "Stored and kinetic energy, in EI/L" if model.has_inertia else "Stored energy, in EI/L"
     met = (
-        ("Stored energy, in EI/L", bound.energy, stored),
+        (energy, bound.energy, held),
         ("Distance of the rod from its natural shape, ‖μ − μ°‖", bound.bending, bending),
-        ("Natural curvature |μ°|, in 1/L", bound.natural_curvature, np.abs(mu_nat)),
-        ("Size of the state, ‖μ‖ + |μ°|", bound.norm, np.sqrt(mu**2 @ w) + np.abs(mu_nat)),
-        ("Drive |D|, in EI", bound.drive, np.abs(solution.model.drive(mu, mu_nat))),
+        ("Natural curvature |μ°|, in 1/L", bound.natural_curvature, natural),
+        ("Size of the state, ‖μ‖ + |μ°|", bound.norm, np.sqrt(mu**2 @ w) + natural),
+        ("Drive |D|, in EI", bound.drive, np.abs(model.drive(mu, mu_nat))),
     )
     rows = [
         (name, number(float(most)), number(float(values.max())), _used(float(values.max()), float(most)))
@@ -82,7 +86,13 @@ def promises(subject: Subject) -> Section:
     return Section(
         "promises",
         "What the theory promised beforehand",
-        {"rows": rows, "kept": kept, "given": given, "growth": number(bound.growth, 3)},
+        {
+            "rows": rows,
+            "kept": kept,
+            "given": given,
+            "growth": number(bound.growth, 3) if np.isfinite(bound.growth) else "",
+            "unit": "retardation time" if model.damping == 1.0 else "T",
+        },
     )
 
 

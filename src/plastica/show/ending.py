@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from plastica.equilibria.limits import Limit
 from plastica.motion.solution import Solution
+from plastica.show.arrows import Pull
 from plastica.show.measure import Measure
-from plastica.show.rods import AtRest, natural_shape, rods_panel, shape_of, tail_time
+from plastica.show.rods import AtRest, natural_arc, natural_arcs, rods_panel, shape_of, tail_time
 from plastica.show.style import INK, MUTED, OKABE_ITO, ROLES, drawing, new_figure
 from plastica.show.view import View, view
 
@@ -84,20 +85,19 @@ def ending(solution: Solution) -> Figure:
 def _now_and_then(ax: Axes, seen: View, limit: Limit | None) -> None:
     solution = seen.solution
     measure = Measure(solution.model.specimen)
-    n, last = solution.model.grid.size, solution.history.y[-1]
+    last = solution.model.layout.natural(solution.history.y[-1])
     length = solution.model.scales.length
     x, y, *_ = seen.centre_lines(seen.t[-1:], np.linspace(0.0, 1.0, 201))
-    gamma = float(solution.model.loads.thrust(solution.history.end))
     end = None if limit is None else limit.equilibrium
     now = AtRest(x[0] / length, y[0] / length, "rod now", ROLES["rod"][0], "-", 4.2 if end is not None else 3.0)
     shapes = [now]
     if end is not None:
         then = shape_of(end, "rod in the end")
         shapes.append(AtRest(then.x, then.y, then.words, INK, (0, (2, 1.2)), 1.7))
-        shapes.append(natural_shape(end.mu_nat, "natural shape in the end"))
+        shapes.append(natural_arc(end.mu_nat, "natural shape in the end"))
     else:
-        shapes.append(natural_shape(float(last[n]), "natural shape now"))
-    rods_panel(ax, measure, shapes, gamma)
+        shapes.append(natural_arcs(solution.model, last, "natural shape now"))
+    rods_panel(ax, measure, shapes, Pull.at(solution.model, solution.history.end))
 
 
 def tail_of(seen: View) -> Tail | None:
@@ -138,11 +138,12 @@ def _interior_tail(seen: View, limit: Limit, t: Array, kept: NDArray[np.bool_]) 
     end, solution = limit.equilibrium, seen.solution
     if end is None or limit.rate is None or limit.rate <= 0.0:
         return None
-    n, grid = solution.model.grid.size, solution.model.grid
+    grid, layout = solution.model.grid, solution.model.layout
     states = np.asarray(solution.history(np.asarray(seen.sampled.t)))[kept]
-    off = (states[:, :n] - np.asarray(end.curvature(grid.s))) ** 2 @ grid.w
-    distance = np.sqrt(off + (states[:, n] - end.mu_nat) ** 2)
-    floor = FLOOR * solution.rtol * max(1.0, float(np.abs(states[:, :n]).max()))
+    mu = layout.mu(states)
+    off = (mu - np.asarray(end.curvature(grid.s))) ** 2 @ grid.w
+    distance = np.sqrt(off + (layout.natural(states) - end.mu_nat) ** 2)
+    floor = FLOOR * solution.rtol * max(1.0, float(np.abs(mu).max()))
     clear = np.flatnonzero(distance > floor)
     if clear.size < 3:
         return None

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from plastica.errors import ArgumentError
 from plastica.files import write_whole
 from plastica.motion.solution import Solution
+from plastica.show import arrows as loads
 from plastica.show import panels
 from plastica.show.encode import WRITERS, ffmpeg
 from plastica.show.style import INK, MUTED, ROLES, drawing, new_figure
@@ -44,17 +45,14 @@ LONGEST: Final = 3000
 TRAIL: Final = 3
 """Earlier shapes that fade behind the rod."""
 
-REACH: Final = 0.16
-"""Length of the arrow of the largest thrust, as a share of the rod."""
-
-LEAST_PUSH: Final = 0.04
-"""Share of the largest thrust below which no arrow is drawn."""
+DRAWN: Final = {"force": ("arrow", "head"), "couple": ("turn", "turn head"), "weight": ("weight", "weight heads")}
+"""Load -> the parts of the picture that are its arrow."""
 
 
 def film(solution: Solution, path: str | Path, seconds: float = 8.0, *, fps: float = 12.5, width: int = 720) -> Path:
     """Write a film of a motion.
 
-    Above, the rod, clamped at the left, with its natural shape dashed and the thrust as an arrow; below, the
+    Above, the rod, clamped at the left, with its natural shape dashed and the loads as arrows; below, the
     energies with a marker that moves along. The clock of the film is not the clock on the wall: half of it follows
     the way of the state, half the axis of time (logarithmic for long runs), so that something happens in every
     frame; the time is written into the picture.
@@ -158,8 +156,7 @@ class _Stage:
     lines: tuple[Array, Array, Array, Array]
     marks: Array
     heights: dict[str, Array]
-    push: Array
-    reach: float
+    arrows: tuple[dict[str, loads.Arrow], ...]
     words: tuple[str, ...]
 
     def show(self, row: int) -> None:
@@ -171,54 +168,66 @@ class _Stage:
         for k in range(TRAIL):
             back = max(row - 2 * (k + 1), 0)
             parts[f"trail {k}"].set_data(x[back], y[back])
-        push = float(self.push[row])
-        parts["arrow"].set_data([x[row, -1], x[row, -1] + push], [y[row, -1]] * 2)
-        parts["head"].set_data([x[row, -1]], [y[row, -1]])
-        for each in ("arrow", "head"):
-            parts[each].set_visible(push > LEAST_PUSH * self.reach)
+        self._pull(self.arrows[row])
         parts["cursor"].set_xdata([self.marks[row]] * 2)
         for name, values in self.heights.items():
             parts[f"dot {name}"].set_data([self.marks[row]], [values[row]])
         parts["clock"].set_text(self.words[row])
 
+    def _pull(self, drawn: dict[str, loads.Arrow]) -> None:
+        """Set the arrows of the loads, and hide those of loads that do not act."""
+        for kind, names in DRAWN.items():
+            line, head = (self.parts[name] for name in names)
+            for part in (line, head):
+                part.set_visible(kind in drawn)
+            if kind in drawn:
+                arrow = drawn[kind]
+                line.set_data(arrow.x, arrow.y)
+                head.set_data(arrow.head_x, arrow.head_y)
+                head.set_marker(arrow.marker)
+
 
 def _stage(seen: View, times: Array, width: int) -> _Stage:
     """Set the scene: the two pictures with all that rests, and the moving parts."""
+    length = seen.length("")
+    x, y, natural_x, natural_y = (length(each) for each in seen.centre_lines(times, panels.PLACES[::2]))
+    arrows = _arrows(seen, times, x, y)
+    found = [loads.reach(each) for each in arrows]
+    beyond = np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
     probe = new_figure(WIDTH, WIDTH).subplots()
-    height, breadth = panels.plan_limits(probe, seen, arrow=REACH)
+    height, breadth = panels.plan_limits(probe, seen, beyond=beyond)
     upper = float(np.clip((WIDTH - MARGINS) * height / breadth, 1.2, 4.6))
     figure = new_figure(WIDTH, upper + LOWER + 1.0)
     figure.set_layout_engine("compressed")
     # A hair more than the width, lest rounding takes a pixel away.
     figure.set_dpi((width + 0.01) / WIDTH)
     ax, below = figure.subplots(2, 1, height_ratios=[upper, LOWER])
-    length = seen.length("")
-    x, y, natural_x, natural_y = (length(each) for each in seen.centre_lines(times, panels.PLACES[::2]))
+    panels.clamp(ax, *panels.plan_limits(ax, seen, beyond=beyond))
     parts = _rod(ax, seen)
     panels.energy_panel(below, seen, without=("liapunov",))
     dots, heights = _dots(below, seen, times)
     parts.update(dots)
-    reach = REACH * float(length(seen.solution.model.scales.length))
     moving = tuple(parts.values())
     for artist in moving:
         artist.set_animated(True)
     words = tuple(seen.time.clock(float(t)) for t in times)
-    return _Stage(
-        figure,
-        moving,
-        parts,
-        (x, y, natural_x, natural_y),
-        seen.time(times),
-        heights,
-        reach * _push(seen, times),
-        reach,
-        words,
+    return _Stage(figure, moving, parts, (x, y, natural_x, natural_y), seen.time(times), heights, arrows, words)
+
+
+def _arrows(seen: View, times: Array, x: Array, y: Array) -> tuple[dict[str, loads.Arrow], ...]:
+    """The arrows of the loads in each frame; the largest of each kind has the same length in every film."""
+    model = seen.solution.model
+    pulls = [loads.Pull.at(model, float(t)) for t in times / model.scales.time]
+    largest = loads.strongest(pulls)
+    full = float(seen.length("")(model.scales.length))
+    ends = model.layout.mu(seen.states(times)) @ model.grid.w
+    return tuple(
+        loads.arrows(x[row], y[row], float(ends[row]), pull.over(largest), full) for row, pull in enumerate(pulls)
     )
 
 
 def _rod(ax: Axes, seen: View) -> dict[str, Any]:
-    """The clamp, and the moving parts of the upper picture."""
-    panels.clamp(ax, *panels.plan_limits(ax, seen, arrow=REACH))
+    """The moving parts of the upper picture."""
     ax.set_xlabel(seen.length("Along the clamp's tangent").label)
     ax.set_ylabel(seen.length("Across").label)
     colour = ROLES["natural"][0]
@@ -227,8 +236,10 @@ def _rod(ax: Axes, seen: View) -> dict[str, Any]:
         f"trail {k}": ax.plot([], [], color=rod, alpha=0.28 - 0.08 * k, linewidth=1.6)[0] for k in range(TRAIL)
     }
     parts["natural"] = ax.plot([], [], color=colour, linestyle=(0, (5, 2)), linewidth=1.7)[0]
-    parts["arrow"] = ax.plot([], [], color=INK, linewidth=1.6)[0]
-    parts["head"] = ax.plot([], [], color=INK, marker=(3, 0, 90), markersize=9, linestyle="none")[0]
+    for kind, (line, head) in DRAWN.items():
+        thin = kind == "weight"
+        parts[line] = ax.plot([], [], color=INK, linewidth=1.1 if thin else 1.6)[0]
+        parts[head] = ax.plot([], [], color=INK, marker=(3, 0, 90), markersize=6 if thin else 9, linestyle="none")[0]
     parts["rod"] = ax.plot([], [], color=rod, linewidth=3.4, solid_capstyle="round")[0]
     parts["clock"] = ax.text(
         1.0, 1.02, "", transform=ax.transAxes, fontsize=11, fontweight="bold", ha="right", va="bottom"
@@ -266,12 +277,3 @@ def _dots(ax: Axes, seen: View, times: Array) -> tuple[dict[str, Any], dict[str,
             clip_on=False,
         )[0]
     return parts, heights
-
-
-def _push(seen: View, times: Array) -> Array:
-    """The thrust at each frame as a share of the largest; 0 where there is none."""
-    model = seen.solution.model
-    values = np.asarray(model.loads.thrust(times / model.scales.time), dtype=float)
-    values = np.broadcast_to(values, times.shape)
-    largest = float(np.abs(values).max())
-    return values / largest if largest > 0.0 else np.zeros(times.shape)

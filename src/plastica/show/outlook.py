@@ -7,9 +7,11 @@ from typing import Any, Final
 import numpy as np
 
 from plastica.equilibria.limits import Limit
+from plastica.physics.strut import Strut
 from plastica.show.captions import Caption
 from plastica.show.ending import Tail, tail_of
 from plastica.show.measure import Measure
+from plastica.show.panels import LOAD_WORDS
 from plastica.show.pictures import svg_uri
 from plastica.show.rods import tail_time
 from plastica.show.subject import Section, Subject
@@ -32,8 +34,8 @@ PLAIN: Final = {
     "stop yielding nor close to a shape at which it might snap.",
 }
 NO_LIMIT: Final = (
-    "A place where the rod ends is predicted where a thrust that stays as it is, and no other load, acts in the end. "
-    "Here the loads are others, or go on changing."
+    "A place where the rod ends is predicted for a strut of one natural curvature under a thrust that stays as it is, "
+    "and no other load. Here {why}: the run shows how far it came, and no more is told."
 )
 
 
@@ -42,8 +44,8 @@ def ending(subject: Subject) -> Section:
     limit = subject.solution.limit
     tail = tail_of(subject.seen)
     data: dict[str, Any] = {
-        "headline": "No limit is predicted for this load" if limit is None else HEADLINES[limit.kind],
-        "plain": NO_LIMIT if limit is None else PLAIN[limit.kind],
+        "headline": "No limit is predicted for this rod and its loads" if limit is None else HEADLINES[limit.kind],
+        "plain": NO_LIMIT.format(why=_why_none(subject)) if limit is None else PLAIN[limit.kind],
         "law": "" if limit is None or limit.equilibrium is None else _law(subject, limit),
         "stability": _stability(limit),
         "stable": limit is None or limit.stable is not False,
@@ -55,6 +57,21 @@ def ending(subject: Subject) -> Section:
     if limit is not None and limit.equilibrium is not None:
         data["figure"] = {"src": svg_uri("ending", subject.solution), "caption": _caption(subject, limit, tail)}
     return Section("ending", "Where it ends", data)
+
+
+def _why_none(subject: Subject) -> str:
+    """Which of the conditions of a prediction are not met."""
+    model, end = subject.solution.model, subject.solution.history.end
+    settled = model.loads.settled
+    others = sorted({name for name, _ in model.loads.sources()} - {"thrust"})
+    reasons = (
+        (not isinstance(model, Strut), "the model is the rod with inertia"),
+        (model.segments > 1, f"the natural curvature is one for each of {model.segments} segments"),
+        (bool(others), f"other loads act ({', '.join(LOAD_WORDS[name].lower() for name in others)})"),
+        (settled is None or settled > end, "the loads go on changing"),
+        (model.loads.thrust(end) < 0.0, "the rod is pulled"),
+    )
+    return " and ".join(words for holds, words in reasons if holds)
 
 
 def _measure(subject: Subject) -> Measure:
@@ -98,7 +115,7 @@ def _cards(subject: Subject, limit: Limit | None) -> list[dict[str, str]]:
     if limit is None or limit.equilibrium is None:
         return []
     end, measure, solution = limit.equilibrium, _measure(subject), subject.solution
-    n, last = solution.model.grid.size, solution.history.y[-1]
+    now = float(solution.model.layout.natural(solution.history.y[-1]))
     length = solution.model.scales.length
     tip_x, tip_y = (float(subject.seen.values(name)[-1]) / length for name in ("tip_x", "tip_y"))
     gap = float(np.hypot(end.tip[0] - tip_x, end.tip[1] - tip_y))
@@ -107,7 +124,7 @@ def _cards(subject: Subject, limit: Limit | None) -> list[dict[str, str]]:
         {
             "name": "Natural curvature in the end",
             "value": measure.write(end.mu_nat, "curvature"),
-            "more": f"now {measure.write(float(last[n]), 'curvature')}",
+            "more": f"now {measure.write(now, 'curvature')}",
         },
         {
             "name": "Free end off the axis in the end",

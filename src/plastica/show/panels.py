@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 from plastica.physics.load import LOAD_KINDS
 from plastica.physics.scales import KINDS
 from plastica.show.style import DIVERGING, INK, MUTED, ROLES, SEQUENTIAL, direct_labels, room
-from plastica.show.view import View, frame_times, yielding
+from plastica.show.view import View, frame_times
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,15 +24,13 @@ if TYPE_CHECKING:
 __all__ = [
     "clamp",
     "curvature_panel",
-    "drive_panel",
     "energy_panel",
     "load_panels",
-    "natural_panel",
+    "mark_ends",
     "plan_limits",
     "present_loads",
     "residual_panel",
     "shapes_panel",
-    "yielding_spans",
 ]
 
 CURVES: Final = 13
@@ -99,7 +97,9 @@ def _natural_ends(ax: Axes, seen: View) -> None:
     )
 
 
-def plan_limits(ax: Axes, seen: View, share: float = 0.30, arrow: float = 0.0) -> tuple[float, float]:
+def plan_limits(
+    ax: Axes, seen: View, share: float = 0.30, beyond: tuple[Array, Array] | None = None
+) -> tuple[float, float]:
     """Set equal axes around every place that the rod and its natural shape reach; return their height and width.
 
     Parameters
@@ -110,8 +110,8 @@ def plan_limits(ax: Axes, seen: View, share: float = 0.30, arrow: float = 0.0) -
         The run.
     share : float
         Least height as a share of the length, so that a straight rod is not drawn on a hair line.
-    arrow : float
-        Room for an arrow at the free end, as a share of the length, where there is a thrust.
+    beyond : (ndarray, ndarray), optional
+        Further places to make room for, in the units of the axes: those of arrows.
     """
     length = seen.length("")
     lines = seen.centre_lines(frame_times(seen, 40), PLACES[::4])
@@ -122,8 +122,10 @@ def plan_limits(ax: Axes, seen: View, share: float = 0.30, arrow: float = 0.0) -
     short = max(share * full - (upper - lower), 0.0)
     lower, upper = lower - 0.5 * short - 0.04 * full, upper + 0.5 * short + 0.04 * full
     left, right = min(float(x.min()), 0.0) - 0.07 * full, max(float(x.max()), 0.5 * full) + 0.05 * full
-    if "thrust" in present_loads(seen):
-        right = max(right, float(x[: lines[0].size].max()) + (arrow + 0.03) * full)
+    if beyond is not None and beyond[0].size:
+        margin = 0.03 * full
+        left, right = min(left, float(beyond[0].min()) - margin), max(right, float(beyond[0].max()) + margin)
+        lower, upper = min(lower, float(beyond[1].min()) - margin), max(upper, float(beyond[1].max()) + margin)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(left, right)
     ax.set_ylim(lower, upper)
@@ -146,6 +148,13 @@ def clamp(ax: Axes, height: float, width: float) -> None:
         )
     )
     ax.plot([0.0, 0.0], [-0.5 * size, 0.5 * size], color=INK, linewidth=1.6, zorder=20, label="_clamp")
+
+
+def mark_ends(ax: Axes, x: Array, y: Array, colour: str) -> None:
+    """Mark where a curve begins, with a ring, and where it ends, with a disc."""
+    look: dict[str, Any] = {"marker": "o", "markersize": 6, "linestyle": "none", "markeredgecolor": colour, "zorder": 5}
+    ax.plot(x[:1], y[:1], markerfacecolor="white", label="_start", **look)
+    ax.plot(x[-1:], y[-1:], markerfacecolor=colour, label="_end", **look)
 
 
 def _time_colours() -> LinearSegmentedColormap:
@@ -203,102 +212,6 @@ def _curvature_colours(shown: Array) -> tuple[str, Normalize]:
     return (SEQUENTIAL, Normalize(0.0, high)) if high >= -low else (f"{SEQUENTIAL}_r", Normalize(low, 0.0))
 
 
-def natural_panel(ax: Axes, seen: View, *, label_time: bool = True) -> None:
-    """Draw the natural curvature over time; where the rod yields, the ground is shaded."""
-    values = seen.values("natural_curvature")
-    axis = seen.quantity("natural_curvature", "Natural curvature")
-    colour = ROLES["natural"][0]
-    yielding_spans(ax, seen)
-    ax.plot(seen.time(seen.t), axis(values), color=colour, label="natural curvature")
-    seen.time.apply(ax, label=label_time)
-    preferred = _preferred(ax, seen, axis(values), axis)
-    room(ax, axis(values), preferred)
-    direct_labels(ax, [(place, "preferred", MUTED) for place in preferred])
-    ax.set_ylabel(axis.label)
-
-
-def _preferred(ax: Axes, seen: View, shown: Array, axis: Any) -> list[float]:
-    """Mark the natural curvatures that a material with three of them prefers, as far as the run comes near them."""
-    well = seen.solution.model.material.well
-    if well is None:
-        return []
-    reach = 0.5 * float(axis(well))
-    places = [float(axis(each)) for each in (-well, 0.0, well)]
-    near = [each for each in places if shown.min() - reach <= each <= shown.max() + reach]
-    for each in near:
-        ax.axhline(each, color=MUTED, linewidth=1.0, linestyle=(0, (1, 2)), zorder=1.2, label="_preferred")
-    return near
-
-
-def drive_panel(ax: Axes, seen: View) -> None:
-    """Draw the drive between plus and minus the threshold; where it is outside, the natural curvature moves."""
-    drive, threshold = seen.values("drive"), seen.values("threshold")
-    largest = _readable(np.abs(drive).max(), np.abs(threshold).min())
-    axis = seen.quantity("drive", "Drive", largest)
-    colour, dashes = ROLES["threshold"]
-    t = seen.time(seen.t)
-    yielding_spans(ax, seen)
-    ax.plot(t, axis(drive), color=ROLES["drive"][0], label="drive")
-    for sign in (1.0, -1.0):
-        ax.plot(t, sign * axis(threshold), color=colour, linestyle=dashes, linewidth=1.2, label="threshold")
-    seen.time.apply(ax)
-    room(ax, axis(drive), *_if_near(drive, threshold, axis))
-    ax.set_ylabel(axis.label)
-    _label_drive(ax, axis(drive), axis(threshold))
-
-
-def _readable(drive: float, threshold: float) -> float:
-    """The largest value that is drawn: a threshold far above the drive is named, not drawn."""
-    return float(max(drive, threshold) if threshold <= 30.0 * drive or drive == 0.0 else drive)
-
-
-def _if_near(drive: Array, threshold: Array, axis: Any) -> tuple[Array, ...]:
-    far = float(np.abs(threshold).min()) > 30.0 * float(np.abs(drive).max()) > 0.0
-    return () if far else (axis(threshold), -axis(threshold))
-
-
-def _label_drive(ax: Axes, drive: Array, threshold: Array) -> None:
-    low, high = ax.get_ylim()
-    entries = [(float(drive[-1]), "drive", ROLES["drive"][0])]
-    if low <= float(threshold[-1]) <= high:
-        entries += [(float(threshold[-1]), "threshold", INK), (-float(threshold[-1]), "−threshold", INK)]
-    else:
-        ax.text(
-            0.99,
-            0.95,
-            f"The threshold, ±{float(threshold[-1]):.3g}, lies far outside this picture.",
-            transform=ax.transAxes,
-            fontsize=8.5,
-            color=MUTED,
-            va="top",
-            ha="right",
-        )
-    direct_labels(ax, entries)
-
-
-def yielding_spans(ax: Axes, seen: View) -> None:
-    """Shade the times at which the natural curvature moves, and mark their beginnings and ends."""
-    spans = yielding(seen.solution)
-    if not spans:
-        return
-    place = [(float(seen.time(a)), float(seen.time(b)) - float(seen.time(a))) for a, b in spans]
-    band = ax.broken_barh(
-        place,
-        (0.0, 1.0),
-        transform=ax.get_xaxis_transform(),
-        facecolors=ROLES["yielding"][0],
-        alpha=0.8,
-        linewidth=0.0,
-        zorder=0.5,
-    )
-    band.set_label("yields")
-    if len(spans) > 12:
-        return
-    for event in seen.solution.events:
-        if event.kind in ("onset", "arrest"):
-            ax.axvline(float(seen.time(event.t)), color=MUTED, linewidth=0.8, linestyle=(0, (2, 2)), zorder=1)
-
-
 def energy_panel(ax: Axes, seen: View, *, label_time: bool = True, without: tuple[str, ...] = ()) -> None:
     """Draw where the work of the loads goes; where they are constant also the Liapunov function since the start."""
     names = [
@@ -307,6 +220,8 @@ def energy_panel(ax: Axes, seen: View, *, label_time: bool = True, without: tupl
         ("viscous_dissipation", "viscous", "lost to viscosity"),
         ("natural_dissipation", "dissipation", "lost to yielding"),
     ]
+    if seen.solution.model.has_inertia:
+        names.append(("kinetic_energy", "kinetic", "kinetic energy"))
     # Without any load it is the stored energy itself.
     loads = seen.solution.model.loads
     if loads.is_constant and loads.sources() and "liapunov" not in without:
@@ -328,8 +243,10 @@ def energy_panel(ax: Axes, seen: View, *, label_time: bool = True, without: tupl
 
 def residual_panel(ax: Axes, seen: View) -> None:
     """Draw what the ledger leaves over, against the time tolerance times the largest energy."""
-    stored = seen.values("stored_energy")
-    left = seen.values("work") - (stored - stored[0])
+    held = seen.values("stored_energy")
+    if seen.solution.model.has_inertia:
+        held = held + seen.values("kinetic_energy")
+    left = seen.values("work") - (held - held[0])
     left = left - seen.values("viscous_dissipation") - seen.values("natural_dissipation")
     scale = seen.solution.rtol * seen.solution.ledger.largest_energy
     shown = left / scale if scale > 0.0 else left
@@ -346,13 +263,20 @@ def load_panels(axes: list[Axes], seen: View) -> None:
     for i, (ax, name) in enumerate(zip(axes, present_loads(seen), strict=True)):
         t, values = _program(seen, name)
         kind = LOAD_KINDS[name]
-        axis = seen.kind(kind, KINDS[kind][0], LOAD_WORDS[name], float(np.abs(values).max()))
+        axis = seen.kind(kind, KINDS[kind][0], _load_words(seen, name), float(np.abs(values).max()))
         colour, _ = ROLES["load"]
         ax.plot(seen.time(t), axis(values), color=colour, label=name)
         ax.fill_between(seen.time(t), 0.0, axis(values), color=colour, alpha=0.12, linewidth=0.0)
         seen.time.apply(ax, label=i == len(axes) - 1)
         room(ax, axis(values), [0.0])
         ax.set_ylabel(axis.label)
+
+
+def _load_words(seen: View, name: str) -> str:
+    """What a load is, with the direction of a weight that is not toward the clamp."""
+    angle = seen.solution.model.loads.weight_angle
+    at = f" at {np.degrees(angle):.4g}°" if name == "weight" and angle else ""
+    return f"{LOAD_WORDS[name]}{at}"
 
 
 def present_loads(seen: View) -> list[str]:

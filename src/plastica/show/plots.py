@@ -6,13 +6,16 @@ shows itself.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from plastica.errors import ArgumentError
 from plastica.motion.solution import Solution
-from plastica.show import panels
+from plastica.show import loops, panels, swings
 from plastica.show.ending import ending
 from plastica.show.gallery import drawn
+from plastica.show.memory import memory
 from plastica.show.style import drawing, new_figure
 from plastica.show.view import View, view
 
@@ -23,16 +26,34 @@ if TYPE_CHECKING:
 WIDTH: Final = 6.6
 """Inches: fits a page between its margins, and a telephone with the letters still legible."""
 
-__all__ = ["curvature_map", "ending", "energies", "loads", "natural", "plot", "shapes"]
+__all__ = [
+    "PICTURES",
+    "curvature_map",
+    "ending",
+    "energies",
+    "force_displacement",
+    "free_end",
+    "loads",
+    "moment_curvature",
+    "natural",
+    "overview",
+    "plot",
+    "reactions",
+    "shapes",
+    "velocities",
+]
 
 
-def plot(result: object, *, path: Solution | None = None) -> Figure:
+def plot(result: object, picture: str | None = None, *, path: Solution | None = None) -> Figure:
     """Draw a result.
 
     Parameters
     ----------
     result : Solution, Equilibrium, EquilibriumSet, Spectrum, Limit, Rest, branches, capacity, PhaseDiagram or Basin
-        What a function of this package returned.
+        What a function of this package returned; also a history of `force_displacement` or `moment_curvature`.
+    picture : str, optional
+        Which picture of a motion: "overview" (the default), "shapes", "natural", "curvature_map", "energies", "loads",
+        "free_end", "velocities", "reactions", "force_displacement", "moment_curvature" or "ending".
     path : Solution, optional
         A motion whose path is drawn into a phase diagram.
 
@@ -47,7 +68,7 @@ def plot(result: object, *, path: Solution | None = None) -> Figure:
     Raises
     ------
     ArgumentError
-        Where there is no picture for this type.
+        Where there is no picture for this type, or none of this name.
 
     Notes
     -----
@@ -55,7 +76,9 @@ def plot(result: object, *, path: Solution | None = None) -> Figure:
     the ground is shaded, that is where the drive is outside the band of the threshold.
     """
     if isinstance(result, Solution):
-        return overview(result)
+        return _picture(picture or "overview")(result)
+    if picture is not None:
+        raise ArgumentError("must be left out where the result is no motion", where="picture", value=picture)
     figure = drawn(result, path)
     if figure is None:
         raise ArgumentError(
@@ -67,11 +90,18 @@ def plot(result: object, *, path: Solution | None = None) -> Figure:
     return figure
 
 
+def _picture(name: object) -> Callable[[Solution], Figure]:
+    """The function that draws a picture of a motion."""
+    if not isinstance(name, str) or name not in PICTURES:
+        raise ArgumentError(f"must be one of {', '.join(PICTURES)}", where="picture", value=name)
+    return PICTURES[name]
+
+
 def overview(solution: Solution) -> Figure:
     """Draw the whole of a motion on one figure of two columns."""
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(11.5, 9.2)
+        figure = new_figure(11.5, 9.2 if seen.solution.model.segments == 1 else 10.4)
         halves: Any = figure.subfigures(2, 1, height_ratios=[1.0, 1.35])
         upper, lower = halves
         for part in (upper, lower):
@@ -83,7 +113,7 @@ def overview(solution: Solution) -> Figure:
         left, right = lower.subfigures(1, 2, wspace=0.04)
         for part in (left, right):
             part.set_facecolor("white")
-        _natural(left.subplots(2, 1, sharex=True), seen)
+        memory(left, seen)
         _energies(right.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0]), seen)
         figure.suptitle(_title(solution), x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
@@ -140,12 +170,13 @@ def natural(solution: Solution) -> Figure:
     Returns
     -------
     Figure
-        The ground is shaded while the rod yields; onsets and arrests are marked.
+        The ground is shaded while the rod yields; onsets and arrests are marked. With several segments one line for
+        each, drives in units of their thresholds, and below which segment yields when.
     """
     seen = _seen(solution)
     with drawing():
-        figure = new_figure(WIDTH, 4.8)
-        _natural(figure.subplots(2, 1, sharex=True), seen)
+        figure = new_figure(WIDTH, 4.8 if seen.solution.model.segments == 1 else 6.6)
+        memory(figure, seen)
     return figure
 
 
@@ -160,8 +191,8 @@ def energies(solution: Solution) -> Figure:
     Returns
     -------
     Figure
-        Work, stored energy, both dissipations and, under constant loads, the Liapunov function, which never rises;
-        below, the residual in units of rtol times the largest energy.
+        Work, stored and kinetic energy, both dissipations and, under constant loads, the Liapunov function, which
+        never rises; below, the residual in units of rtol times the largest energy.
     """
     seen = _seen(solution)
     with drawing():
@@ -192,11 +223,122 @@ def loads(solution: Solution) -> Figure:
     return figure
 
 
-def _natural(axes: Any, seen: View) -> None:
-    panels.natural_panel(axes[0], seen, label_time=False)
-    axes[0].set_title("Natural curvature (shaded: it moves)")
-    panels.drive_panel(axes[1], seen)
-    axes[1].set_title("Drive and threshold")
+def free_end(solution: Solution) -> Figure:
+    """Draw the path of the free end in the plane, and below it how far it is along and across over time.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+
+    Returns
+    -------
+    Figure
+        The path on equal axes, from its first place (ring) to its last (disc).
+    """
+    seen = _seen(solution)
+    with drawing():
+        figure = new_figure(WIDTH, 5.6)
+        upper, lower = figure.subplots(2, 1, height_ratios=[1.5, 1.0])
+        swings.path_panel(upper, seen)
+        upper.set_title("Path of the free end")
+        swings.end_panel(lower, seen)
+    return figure
+
+
+def velocities(solution: Solution) -> Figure:
+    """Draw the velocity of the free end over time, and below it the velocity across of the whole rod.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+
+    Returns
+    -------
+    Figure
+        The map is white where the rod stands still.
+    """
+    seen = _seen(solution)
+    with drawing():
+        figure = new_figure(WIDTH, 5.4)
+        halves: Any = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.25])
+        swings.speed_panel(halves[0], seen, label_time=False)
+        swings.velocity_map(figure, halves[1], seen)
+        halves[1].set_title("Velocity across, along the rod")
+    return figure
+
+
+def reactions(solution: Solution) -> Figure:
+    """Draw force and couple of the rod on its clamp over time.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+
+    Returns
+    -------
+    Figure
+        The force along and across the clamp's tangent above, the couple below; with inertia, of the moving rod.
+    """
+    seen = _seen(solution)
+    with drawing():
+        figure = new_figure(WIDTH, 4.8)
+        halves: Any = figure.subplots(2, 1, sharex=True)
+        swings.clamp_panels(halves[0], halves[1], seen)
+    return figure
+
+
+def force_displacement(solution: Solution) -> Figure:
+    """Draw every load that acts over the displacement on which it does work.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion.
+
+    Returns
+    -------
+    Figure
+        One panel for each load; loops are what a cycle of loading has lost.
+    """
+    return loops.force_figure(loops.history_of(_seen(solution), "force_displacement"))
+
+
+def moment_curvature(solution: Solution) -> Figure:
+    """Draw the contact couple at the clamp over the curvature there.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion. For other places draw ``pl.plot(pl.moment_curvature(solution, s))``.
+
+    Returns
+    -------
+    Figure
+        Loops are what a unit of length has lost in a cycle of loading.
+    """
+    return loops.moment_figure(loops.history_of(_seen(solution), "moment_curvature"))
+
+
+PICTURES: Final[Mapping[str, Callable[[Solution], Figure]]] = MappingProxyType(
+    {
+        "overview": overview,
+        "shapes": shapes,
+        "natural": natural,
+        "curvature_map": curvature_map,
+        "energies": energies,
+        "loads": loads,
+        "free_end": free_end,
+        "velocities": velocities,
+        "reactions": reactions,
+        "force_displacement": force_displacement,
+        "moment_curvature": moment_curvature,
+        "ending": ending,
+    }
+)
+"""The pictures of a motion, by name."""
 
 
 def _drawn(ax: Axes) -> str:

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from plastica.equilibria.elastica import profile
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.equilibria.limits import Limit
 from plastica.equilibria.rest import Rest
+from plastica.motion.dataset import natural_shape
+from plastica.physics.model import Model
+from plastica.show.arrows import Pull, arrows, reach, strongest
 from plastica.show.measure import Measure
 from plastica.show.panels import clamp
 from plastica.show.style import INK, MUTED, OKABE_ITO, ROLES, drawing, new_figure, room
@@ -21,15 +24,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["AtRest", "arc", "curvature_along", "equilibrium_figure", "limit_figure", "rest_figure", "rods_panel"]
+__all__ = [
+    "AtRest",
+    "curvature_along",
+    "equilibrium_figure",
+    "limit_figure",
+    "natural_arc",
+    "natural_arcs",
+    "rest_figure",
+    "rods_panel",
+]
 
 Array = NDArray[np.float64]
 
 WIDTH: Final = 9.2
 PLACES: Final = np.linspace(0.0, 1.0, 201)
-ARROW: Final = 0.16
-"""Length of the arrow of the thrust, as a share of the rod's."""
-
 DECADES: Final = 4.0
 """How far a predicted tail is drawn, beyond the time in which it begins to bend down."""
 
@@ -52,15 +61,21 @@ class AtRest:
     width: float = 3.0
 
 
-def arc(mu_nat: float) -> tuple[Array, Array]:
-    """Return the natural configuration, the arc of the natural curvature, from the clamp (dimensionless)."""
+def natural_arc(mu_nat: float, words: str = "natural shape", dashes: Any = (0, (5, 2))) -> AtRest:
+    """Return the natural configuration of a rod of one segment, an arc, as a shape to draw."""
     along = profile(0.0, mu_nat, PLACES)
-    return np.asarray(along.x), np.asarray(along.y)
+    return AtRest(np.asarray(along.x), np.asarray(along.y), words, ROLES["natural"][0], dashes, 1.5)
 
 
-def natural_shape(mu_nat: float, words: str = "natural shape", dashes: Any = (0, (5, 2))) -> AtRest:
-    """Return the natural configuration as a shape to draw."""
-    return AtRest(*arc(mu_nat), words, ROLES["natural"][0], dashes, 1.5)
+def natural_arcs(model: Model, mu_nat: ArrayLike, words: str = "natural shape") -> AtRest:
+    """Return the natural configuration of a model, an arc on each of its segments, as a shape to draw."""
+    x, y = natural_shape(model, np.asarray(mu_nat, dtype=float)[None], PLACES)
+    return AtRest(x[0], y[0], words, ROLES["natural"][0], (0, (5, 2)), 1.5)
+
+
+def thrust(gamma: float) -> Pull:
+    """Return a thrust as the loads to draw."""
+    return Pull((-gamma, 0.0), 0.0, (0.0, 0.0))
 
 
 def shape_of(equilibrium: Equilibrium, words: str = "rod") -> AtRest:
@@ -69,8 +84,8 @@ def shape_of(equilibrium: Equilibrium, words: str = "rod") -> AtRest:
     return AtRest(x, y, words, ROLES["rod"][0])
 
 
-def rods_panel(ax: Axes, measure: Measure, shapes: list[AtRest], gamma: float) -> None:
-    """Draw shapes on equal axes with the clamp, and the thrust as an arrow at the end of the first one."""
+def rods_panel(ax: Axes, measure: Measure, shapes: list[AtRest], pull: Pull) -> None:
+    """Draw shapes on equal axes with the clamp, and the loads as arrows on the first one."""
     length = measure.axis("length", "Along the clamp's tangent")
     for shape in shapes:
         ax.plot(
@@ -83,48 +98,64 @@ def rods_panel(ax: Axes, measure: Measure, shapes: list[AtRest], gamma: float) -
             label=shape.words,
             zorder=4,
         )
-    full = float(length(1.0))
-    if gamma > 0.0:
-        tip = float(length(shapes[0].x[-1])), float(length(shapes[0].y[-1]))
-        ax.annotate(
-            "",
-            tip,
-            (tip[0] + ARROW * full, tip[1]),
-            arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.5, "shrinkB": 3.0},
-            zorder=6,
-        )
-    _limits(ax, length, shapes, ARROW + 0.03 if gamma > 0.0 else 0.03)
+    first, full = shapes[0], float(length(1.0))
+    x, y = length(first.x), length(first.y)
+    angle = float(np.arctan2(y[-1] - y[-2], x[-1] - x[-2]))
+    drawn = arrows(x, y, angle, pull.over(strongest([pull])), full)
+    for kind, arrow in drawn.items():
+        width, size = (1.1, 6) if kind == "weight" else (1.5, 8)
+        ax.plot(arrow.x, arrow.y, color=INK, linewidth=width, label=f"_{kind}", zorder=6)
+        ax.plot(arrow.head_x, arrow.head_y, color=INK, marker=arrow.marker, markersize=size, linestyle="none", zorder=6)
+    _limits(ax, length, shapes, reach(drawn))
     ax.set_xlabel(length.label)
     ax.set_ylabel(measure.axis("length", "Across").label)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=8.5, borderaxespad=0.2)
 
 
-def _limits(ax: Axes, length: Any, shapes: list[AtRest], beyond: float) -> None:
+def _limits(ax: Axes, length: Any, shapes: list[AtRest], beyond: tuple[Array, Array]) -> None:
     """Equal axes around everything, never so flat that a straight rod lies on a hair line."""
     x, y = (length(np.concatenate([getattr(each, name) for each in shapes])) for name in ("x", "y"))
+    x, y = np.concatenate([x, beyond[0]]), np.concatenate([y, beyond[1]])
     full = float(length(1.0))
     low, high = min(float(y.min()), 0.0), max(float(y.max()), 0.0)
     short = max(0.4 * full - (high - low), 0.0)
     low, high = low - 0.5 * short - 0.05 * full, high + 0.5 * short + 0.05 * full
-    left, right = min(float(x.min()), 0.0) - 0.08 * full, max(float(x.max()), 0.4 * full) + beyond * full
+    left, right = min(float(x.min()), 0.0) - 0.08 * full, max(float(x.max()), 0.4 * full) + 0.03 * full
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(left, right)
     ax.set_ylim(low, high)
     clamp(ax, high - low, right - left)
 
 
-def curvature_along(ax: Axes, measure: Measure, curvature: Array, mu_nat: float) -> None:
-    """Draw the curvature from the clamp to the free end, and the natural curvature that it ends with."""
+def curvature_along(ax: Axes, measure: Measure, curvature: Array, mu_nat: ArrayLike, ends: ArrayLike = (0, 1)) -> None:
+    """Draw the curvature from the clamp to the free end, and the natural curvature, a step for each segment.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    measure : Measure
+        The units.
+    curvature : ndarray
+        Dimensionless curvature at `PLACES`.
+    mu_nat : float, or array_like of shape (m,)
+        Dimensionless natural curvature, by segment.
+    ends : array_like, shape (m + 1,)
+        Ends of the segments.
+    """
+    natural = np.atleast_1d(np.asarray(mu_nat, dtype=float))
     across = measure.axis("length", "Arc length from the clamp")
-    size = max(float(np.abs(curvature).max()), abs(mu_nat))
+    size = max(float(np.abs(curvature).max()), float(np.abs(natural).max()))
     axis = measure.axis("curvature", "Curvature", size)
     colour, dashes = ROLES["natural"]
-    ax.axhline(float(axis(mu_nat)), color=colour, linestyle=dashes, label="natural curvature")
+    places = np.repeat(np.asarray(ends, dtype=float), 2)[1:-1]
+    steps = np.repeat(natural, 2)
+    ax.plot(across(places), axis(steps), color=colour, linestyle=dashes, label="natural curvature")
     ax.plot(across(PLACES), axis(curvature), color=ROLES["rod"][0], label="curvature", zorder=3)
     ax.plot(across([0.0, 1.0]), axis(curvature[[0, -1]]), "o", color=ROLES["rod"][0], markersize=5, label="_ends")
     ax.axhline(0.0, color=MUTED, linewidth=0.8, zorder=1.2, label="_zero")
     ax.set_xlim(0.0, float(across(1.0)))
-    room(ax, axis(curvature), axis([mu_nat, 0.0]), at_least=float(axis(1e-9)))
+    room(ax, axis(curvature), axis(natural), [0.0], at_least=float(axis(1e-9)))
     ax.set_xlabel(across.label)
     ax.set_ylabel(axis.label)
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=8.5, borderaxespad=0.2)
@@ -154,7 +185,7 @@ def equilibrium_figure(found: Equilibrium) -> Figure:
     measure = Measure(found.specimen)
     with drawing():
         figure, left, right = two_panels(_equilibrium_title(found, measure))
-        rods_panel(left, measure, [shape_of(found), natural_shape(found.mu_nat)], found.gamma)
+        rods_panel(left, measure, [shape_of(found), natural_arc(found.mu_nat)], thrust(found.gamma))
         curvature_along(right, measure, np.asarray(found.curvature(PLACES)), found.mu_nat)
     return figure
 
@@ -182,15 +213,19 @@ def rest_figure(found: Rest) -> Figure:
         The title says whether it is stable.
     """
     measure, model = Measure(found.model.specimen), found.model
+    held = "" if not found.converged else " It is admissible: let go, it stays." if found.admissible else _MOVES
     theta = model.angle(found.mu)
     along = model.grid.integration(PLACES)
     rod = AtRest(along @ np.cos(theta), along @ np.sin(theta), "rod", ROLES["rod"][0])
     curvature = np.asarray(found.at(PLACES * model.scales.length)) / model.scales.curvature
     with drawing():
-        figure, left, right = two_panels(found.sentence)
-        rods_panel(left, measure, [rod, natural_shape(found.mu_nat)], float(model.loads.thrust(0.0)))
-        curvature_along(right, measure, curvature, found.mu_nat)
+        figure, left, right = two_panels(f"{found.sentence}{held}")
+        rods_panel(left, measure, [rod, natural_arcs(model, found.mu_nat)], Pull.at(model, 0.0))
+        curvature_along(right, measure, curvature, found.mu_nat, model.division.breaks)
     return figure
+
+
+_MOVES: Final = " Let go, it moves: a drive exceeds its threshold."
 
 
 def limit_figure(limit: Limit) -> Figure:
@@ -218,7 +253,7 @@ def limit_figure(limit: Limit) -> Figure:
         measure = Measure(found.specimen)
         standing = "stable" if limit.stable else "not stable: a disturbance may throw it off"
         figure, left, right = two_panels(f"{head} ({standing})")
-        rods_panel(left, measure, [shape_of(found, "rod in the end"), natural_shape(found.mu_nat)], found.gamma)
+        rods_panel(left, measure, [shape_of(found, "rod in the end"), natural_arc(found.mu_nat)], thrust(found.gamma))
         tail_panel(right, measure, limit)
     return figure
 

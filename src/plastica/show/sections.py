@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from plastica.material.material import admissible
-from plastica.show.captions import captions
+from plastica.show.captions import captions, shown
 from plastica.show.checks import ledger, origin, promises
 from plastica.show.film import frames
 from plastica.show.inputs import admissibility, parameters
@@ -60,7 +60,8 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
         if lost > 0.0
         else "nothing was lost"
     )
-    moved = outcome.set_curvature != 0.0
+    moved = outcome.memory == "permanent set"
+    mean = "mean natural curvature" if subject.solution.model.segments > 1 else "natural curvature"
     return [
         _card("Followed until", write(float(seen.t[-1]), "time"), f"{subject.solution.counts.steps} steps"),
         _card(
@@ -71,7 +72,7 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
         _card(
             "Permanent set of the free end",
             write(outcome.set_deflection, "length") if moved else "none",
-            f"natural curvature moved by {write(outcome.set_curvature, 'curvature')}"
+            f"{mean} moved by {write(outcome.set_curvature, 'curvature')}"
             if moved
             else "the natural curvature did not move",
         ),
@@ -81,16 +82,29 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
             f"of the rod against the clamp, at {write(float(seen.t[when]), 'time')}",
         ),
         _card("Energy lost", write(lost, "energy"), share),
+        *_speed_card(subject),
         _yielding_card(subject),
         *_fraction_card(subject),
     ]
+
+
+def _speed_card(subject: Subject) -> list[dict[str, str]]:
+    """For a rod with inertia, how fast its free end was, and is."""
+    if not subject.solution.model.has_inertia:
+        return []
+    seen, write = subject.seen, subject.write
+    along, across = seen.velocities(seen.t, np.array([1.0]))
+    speed = np.hypot(along, across)[:, 0]
+    when = int(speed.argmax())
+    more = f"at {write(float(seen.t[when]), 'time')}; {write(float(speed[-1]), 'velocity')} at the end"
+    return [_card("Largest speed of the free end", write(float(speed[when]), "velocity"), more)]
 
 
 def _fraction_card(subject: Subject) -> list[dict[str, str]]:
     """For a material with three preferred shapes, how much of it has gone over to the second."""
     if "volume_fraction" not in subject.seen.dataset:
         return []
-    values = subject.seen.values("volume_fraction")
+    values = subject.solution.model.division.total(subject.seen.values("volume_fraction"))
     return [
         _card(
             "Volume fraction", number(float(values[-1]), 3), f"at the end; {number(float(values[0]), 3)} at the start"
@@ -115,7 +129,18 @@ def _card(name: str, value: str, more: str) -> dict[str, str]:
 
 def meaning(subject: Subject) -> Section:
     """The theory in two sentences, for somebody who has never heard of it, and the words of the page."""
-    return Section("meaning", "What this means", {"dimensionless": subject.seen.dimensionless})
+    model = subject.solution.model
+    return Section(
+        "meaning",
+        "What this means",
+        {
+            "dimensionless": subject.seen.dimensionless,
+            "segments": model.segments,
+            "inertia": model.has_inertia,
+            "damped": model.damping > 0.0,
+            "damping_is_one": model.damping == 1.0,
+        },
+    )
 
 
 def pictures(subject: Subject) -> Section:
@@ -123,7 +148,7 @@ def pictures(subject: Subject) -> Section:
     words = captions(subject.seen)
     drawn = [
         {"key": name, "src": svg_uri(name, subject.solution), "caption": words[name]}
-        for name in ("shapes", "natural", "energies", "curvature_map", "loads")
+        for name in shown(subject.seen)
     ]
     moving = None
     if subject.film_seconds > 0.0 and subject.seen.t.size > 1:

@@ -53,6 +53,7 @@ ROLES: Final = {
     "viscous": (OKABE_ITO["green"], (0, (5, 1.5, 1, 1.5))),
     "dissipation": (OKABE_ITO["vermillion"], (0, (5, 2))),
     "liapunov": (OKABE_ITO["purple"], (0, (8, 2))),
+    "kinetic": (OKABE_ITO["orange"], (0, (3, 1, 1, 1, 1, 1))),
     "load": (OKABE_ITO["blue"], "-"),
 }
 """What a line stands for -> (colour, dashes): the same in every picture, and never colour alone."""

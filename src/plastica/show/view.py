@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.motion.dataset import VARIABLES, natural_centre_line
+from plastica.motion.dataset import VARIABLES, natural_shape
 from plastica.motion.events import moments
+from plastica.physics.ledger import rates
 from plastica.show.axes import DIMENSIONLESS, Quantity, TimeAxis, axis_unit
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from plastica.motion.solution import Solution
 
-__all__ = ["View", "frame_times", "time_axis", "view", "yielding"]
+__all__ = ["View", "frame_times", "time_axis", "view", "yielding", "yielding_by_segment"]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,9 @@ MOST_POINTS: Final = 3000
 
 FEWEST_POINTS: Final = 300
 """A run of a few long steps is drawn with points in between, so that curves are not polygons."""
+
+SWINGING_POINTS: Final = 1500
+"""The same of a rod with inertia, which goes through a good part of a swing in one step."""
 
 EARLY: Final = 0.02
 """Where half of what happens is over within this share of the run, time is drawn on a logarithmic axis."""
@@ -88,10 +92,31 @@ class View:
         """Return an axis for lengths of the size of the rod."""
         return self.kind("length", "m", words, self.solution.model.scales.length)
 
+    def states(self, t: Array) -> Array:
+        """Return the dimensionless states at times t (user's units); shape (times, size of a state)."""
+        history = self.solution.history
+        return history(np.clip(np.asarray(t) / self.solution.model.scales.time, history.start, history.end))
+
+    def velocities(self, t: Array, s: Array) -> tuple[Array, Array]:
+        """Return the velocity r_t = int theta_t b along and across (design note 1.2) at times t and fractions s.
+
+        Returns
+        -------
+        along, across : ndarray, shape (times, places)
+            In the user's units of velocity.
+        """
+        model = self.solution.model
+        layout, y = model.layout, self.states(t)
+        mu = layout.mu(y)
+        first, _ = rates(model, np.asarray(t) / model.scales.time, mu, layout.natural(y), layout.mu_t(y))
+        theta, spin = model.angle(mu), model.angle(first)
+        integrate = model.grid.integration(s).T * model.scales.velocity
+        return (-np.sin(theta) * spin) @ integrate, (np.cos(theta) * spin) @ integrate
+
     def centre_lines(self, t: Array, s: Array) -> tuple[Array, Array, Array, Array]:
         """Return the rod and its natural configuration at times t (user's units) and fractions s of the length.
 
-        The centre line r = int (cos theta, sin theta), theta = int mu (design note 1.2), and the arc of the natural
+        The centre line r = int (cos theta, sin theta), theta = int mu (design note 1.2), and the arcs of the natural
         curvature, both from the clamp.
 
         Returns
@@ -100,13 +125,10 @@ class View:
             In the user's units of length.
         """
         model = self.solution.model
-        history = self.solution.history
-        n = model.grid.size
-        inside = np.clip(np.asarray(t) / model.scales.time, history.start, history.end)
-        y = history(inside)
-        theta = model.angle(y[:, :n])
+        y = self.states(t)
+        theta = model.angle(model.layout.mu(y))
         integrate = model.grid.integration(s).T
-        natural = natural_centre_line(y[:, n, None], s)
+        natural = natural_shape(model, model.layout.natural(y), s)
         length = model.scales.length
         return (
             np.cos(theta) @ integrate * length,
@@ -130,9 +152,19 @@ def view(solution: Solution) -> View:
 
 
 def yielding(solution: Solution) -> list[tuple[float, float]]:
-    """Return the intervals (user's units) in which the natural curvature moves, from the legs of the integration."""
+    """Return the intervals (user's units) in which a natural curvature moves, from the legs of the integration."""
     starts, moving = solution.legs
-    scale = solution.model.scales.time
+    return _spans(solution, np.asarray(moving.reshape(starts.size + 1, -1).any(axis=1)))
+
+
+def yielding_by_segment(solution: Solution) -> list[list[tuple[float, float]]]:
+    """Return for each segment the intervals (user's units) in which its natural curvature moves."""
+    starts, moving = solution.legs
+    return [_spans(solution, column) for column in moving.reshape(starts.size + 1, -1).T]
+
+
+def _spans(solution: Solution, moving: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    starts, scale = solution.legs[0], solution.model.scales.time
     ends = np.append(starts[1:], solution.history.end)
     spans: list[tuple[float, float]] = []
     for begin, end, moves in zip(starts * scale, ends * scale, moving, strict=False):
@@ -155,7 +187,8 @@ def _display_times(solution: Solution) -> Array:
         place = np.linspace(0, steps.size - 1, MOST_POINTS).round().astype(int)
         told = np.array([event.t / scale for event in solution.events[:MOST_POINTS]])
         return np.unique(np.concatenate([steps[place], np.clip(told, history.start, history.end)]))
-    between = -(-FEWEST_POINTS // (steps.size - 1))
+    fewest = SWINGING_POINTS if solution.model.has_inertia else FEWEST_POINTS
+    between = -(-fewest // (steps.size - 1))
     if between <= 1:
         return steps
     index = np.arange((steps.size - 1) * between + 1) / between
@@ -166,10 +199,11 @@ def _display_times(solution: Solution) -> Array:
 
 
 def _path(solution: Solution, t: Array) -> Array:
-    """Length of the way of the state (curvature in L2, natural curvature), as a share of the whole."""
-    n, w = solution.model.grid.size, solution.model.grid.w
+    """Length of the way of the state (curvature and natural curvature in L2), as a share of the whole."""
+    model = solution.model
     change = np.diff(solution.history(t), axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.sqrt(change[:, :n] ** 2 @ w + change[:, n] ** 2))])
+    squares = model.layout.mu(change) ** 2 @ model.grid.w + model.division.total(model.layout.natural(change) ** 2)
+    along = np.concatenate([[0.0], np.cumsum(np.sqrt(squares))])
     return along / along[-1] if along[-1] > 0.0 else along
 
 
@@ -194,7 +228,8 @@ def time_axis(solution: Solution, t: Array, path: Array) -> TimeAxis:
     origin = start if log else 0.0
     factor, unit = (1.0, "") if solution.model.specimen is None else axis_unit("s", start + span - origin)
     words = "time since start" if log and start > 0.0 else "time"
-    label = f"{words} / retardation time" if unit == "" else f"{words} ({unit})"
+    natural = solution.model.time_unit
+    label = f"{words} / {natural.removesuffix('s')}" if unit == "" else f"{words} ({unit})"
     lower = start
     if log:
         early = float(np.interp(1e-3, path, t * scale)) - start
@@ -209,6 +244,7 @@ def time_axis(solution: Solution, t: Array, path: Array) -> TimeAxis:
         lower / factor,
         (start + span - origin) / factor,
         label,
+        natural,
     )
 
 

@@ -25,6 +25,7 @@ SYMBOLS: Final = {
     "distributed": "EI/L³",
     "drive": "EI",
     "energy": "EI/L",
+    "velocity": "L/T",
     "ratio": "",
 }
 """What dimensionless quantities are multiples of, by kind."""

@@ -1,0 +1,258 @@
+"""Histories of loading: couple against curvature at a place of the rod, loads against what they displace.
+
+The area under each curve is work (design, section 1.2): over the rod that of couple and curvature adds up to what is
+stored and dissipated, that of the loads and their displacements to the work of the ledger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plastica.errors import ArgumentError
+from plastica.motion.solution import Solution
+from plastica.physics.kinds import unit_of
+from plastica.physics.model import Model
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["CONJUGATE", "KINDS_OF", "force_displacement", "moment_curvature"]
+
+Array = NDArray[np.float64]
+
+BLOCK: Final = 20_000
+"""Times that are worked on at once."""
+
+CONJUGATE: Final[Mapping[str, str]] = MappingProxyType(
+    {"thrust": "shortening", "transverse": "deflection", "end_couple": "rotation", "total_weight": "sinking"}
+)
+"""Load -> the displacement on which it does work."""
+
+KINDS_OF: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
+    {
+        "curvature": ("curvature", "curvature of the centre line"),
+        "natural_curvature": ("curvature", "natural curvature at the same place"),
+        "bending": ("curvature", "curvature less natural curvature"),
+        "couple": ("couple", "contact couple"),
+        "thrust": ("force", "thrust at the free end"),
+        "transverse": ("force", "transverse force at the free end"),
+        "end_couple": ("couple", "couple at the free end"),
+        "total_weight": ("force", "weight of the whole rod"),
+        "shortening": ("length", "way of the free end toward the clamp, from the straight rod"),
+        "deflection": ("length", "way of the free end across, from the straight rod"),
+        "rotation": ("angle", "rotation of the free end, from the straight rod"),
+        "sinking": ("length", "mean way of the rod along its weight, from the straight rod"),
+        "work": ("energy", "work of the loads since the start"),
+    }
+)
+"""Variable -> kind of quantity and words."""
+
+
+def moment_curvature(solution: Solution, s: ArrayLike = 0.0, times: ArrayLike | None = None) -> xarray.Dataset:
+    """Return couple and curvature at places of the rod over time; plotted against each other they show the loops.
+
+    M = m1 + J*[n.b - eps0 theta_tt] = mu - mu_nat + delta mu_t (design, section 1.2). The area that a closed loop
+    encloses is what a unit of length has dissipated in the cycle.
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion of a `Strut` or a `Rod`.
+    s : array_like
+        Arc lengths (m, or units of L), one or several; 0 is the clamp. Where elements meet, the limit from the right.
+    times : array_like, optional
+        Times, as those of `solve`; by default those of the dataset, which has every step and event.
+
+    Returns
+    -------
+    Dataset
+        Over (t, s) `curvature`, `natural_curvature`, their difference `bending`, and `couple`. The time at which a load
+        jumps occurs twice, before and after: without inertia the couple jumps with it.
+
+    Raises
+    ------
+    ArgumentError
+        Where s is not on the rod, or a time not in the motion.
+    """
+    course = _course(solution, times)
+    model = solution.model
+    places = _numbers(s, "s")
+    given = course.t * model.scales.time if course.times is None else course.times
+    curvature = np.asarray(solution.at(places, given[:, None])) / model.scales.curvature
+    inside = np.clip(places / model.scales.length, 0.0, 1.0)
+    segment = np.clip(np.searchsorted(model.division.breaks, inside, side="right") - 1, 0, model.segments - 1)
+    natural = model.layout.natural(course.y).reshape(course.t.size, -1)[:, segment]
+    blocks = [slice(i, i + BLOCK) for i in range(0, course.t.size, BLOCK)]
+    values = {
+        "curvature": curvature,
+        "natural_curvature": natural,
+        "bending": curvature - natural,
+        "couple": np.concatenate([_couple(model, course.part(block), inside) for block in blocks]),
+    }
+    label = {"units": unit_of("length", model.specimen is None), "long_name": "arc length from the clamp"}
+    return _table("moment_curvature", solution, course, values, {"s": ("s", places, label)})
+
+
+def force_displacement(solution: Solution, times: ArrayLike | None = None) -> xarray.Dataset:
+    """Return the loads that act, and the displacements on which they do work, over time.
+
+    With u = r - (s, 0) the displacement from the straight rod, the work of the dead loads is (design, section 1.2)
+    int thrust d(-u_x(1)) + transverse d(u_y(1)) + couple d(theta(1)) + weight d(mean of u along it).
+
+    Parameters
+    ----------
+    solution : Solution
+        A finished motion of a `Strut` or a `Rod`.
+    times : array_like, optional
+        Times, as those of `solve`; by default those of the dataset, which has every step and event.
+
+    Returns
+    -------
+    Dataset
+        Over t the displacements `shortening` (toward the clamp), `deflection` (across) and `rotation` of the free end,
+        `work`, and of the loads those that act: `thrust`, `transverse`, `end_couple`, and `total_weight` with
+        `sinking`, the mean way along it. The time at which a load jumps occurs twice, before and after, so that the
+        areas under the curves add up to the work.
+
+    Raises
+    ------
+    ArgumentError
+        Where a time is not in the motion.
+    """
+    course = _course(solution, times)
+    model, grid = solution.model, solution.model.grid
+    theta = model.angle(model.layout.mu(course.y))
+    cos, sin = np.cos(theta), np.sin(theta)
+    values = {
+        "shortening": 1.0 - cos @ grid.w,
+        "deflection": sin @ grid.w,
+        "rotation": model.layout.mu(course.y) @ grid.w,
+        "work": model.layout.ledger(course.y)[:, 0],
+    }
+    names = {"couple": "end_couple", "weight": "total_weight"}
+    values |= {names.get(name, name): course.loads[name] for name, _ in model.loads.sources()}
+    if "total_weight" in values:
+        # The mean of x = J cos theta is the integral of (1 - s) cos theta, for J and J* are adjoint.
+        arm = grid.w * (1.0 - grid.s)
+        toward, across = -model.loads.weight_direction[0], model.loads.weight_direction[1]
+        values["sinking"] = toward * ((1.0 - cos) @ arm) + across * (sin @ arm)
+    return _table("force_displacement", solution, course, values, {})
+
+
+@dataclass(frozen=True)
+class _Course:
+    """Dimensionless states and loads, with a row before and one after every jump of a load.
+
+    `times` are those that were asked for, in the user's units, row by row; None where none were.
+    """
+
+    t: Array
+    y: Array
+    loads: dict[str, Array]
+    times: Array | None
+
+    def part(self, rows: slice) -> _Course:
+        """Return some of its rows."""
+        chosen = {name: values[rows] for name, values in self.loads.items()}
+        return _Course(self.t[rows], self.y[rows], chosen, None if self.times is None else self.times[rows])
+
+
+def _course(solution: object, times: ArrayLike | None) -> _Course:
+    if not isinstance(solution, Solution):
+        raise ArgumentError("must be a Solution", where="solution", value=solution)
+    asked = solution if times is None else replace(solution, times=_checked(solution, times))
+    t, loads = asked.t, solution.model.loads
+    jumps = np.array([knot.t for knot in loads.knots(solution.history.end) if knot.kind == "jump"])
+    jumps = jumps[jumps > solution.history.start]
+    # A run lands on a jump to rounding, which must not hide it.
+    later = np.minimum(np.searchsorted(t, jumps), t.size - 1)
+    earlier = np.maximum(later - 1, 0)
+    nearest = np.where(np.abs(t[earlier] - jumps) < np.abs(t[later] - jumps), earlier, later)
+    met = np.abs(t[nearest] - jumps) <= 64.0 * np.spacing(jumps)
+    row, jumps = nearest[met], jumps[met]
+    index = np.insert(np.arange(t.size), row, row)
+    before = row + np.arange(row.size)
+    values = {}
+    for name, program in loads.items():
+        at = np.broadcast_to(np.asarray(program(t), dtype=float), t.shape)[index].copy()
+        if row.size:
+            at[before] = program.before(jumps)
+            at[before + 1] = program(jumps)
+        values[name] = at
+    return _Course(t[index], asked.y[index], values, None if asked.times is None else asked.times[index])
+
+
+def _numbers(given: ArrayLike, where: str) -> Array:
+    try:
+        numbers = np.atleast_1d(np.asarray(given, dtype=float))
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.ndim != 1 or numbers.size == 0:
+        raise ArgumentError("must be a number, or several in a row", where=where, value=given)
+    return numbers
+
+
+def _checked(solution: Solution, times: ArrayLike) -> Array:
+    """Times in the user's units, within the motion."""
+    given = _numbers(times, "times")
+    scale, history = solution.model.scales.time, solution.history
+    slack = 64.0 * np.finfo(float).eps * max(abs(history.start), abs(history.end)) * scale
+    inside = (given >= history.start * scale - slack) & (given <= history.end * scale + slack)
+    if not inside.all() or (np.diff(given) <= 0.0).any():
+        raise ArgumentError(
+            f"must increase within [{history.start * scale:.12g}, {history.end * scale:.12g}]",
+            where="times",
+            value=times,
+        )
+    return given
+
+
+def _couple(model: Model, course: _Course, s: Array) -> Array:
+    """Contact couple at fractions s of the length: an integral of the angle, taken on a grid twice as fine.
+
+    What inertia adds is smooth, and interpolated from the nodes.
+    """
+    mu, natural = model.layout.mu(course.y), model.layout.natural(course.y)
+    fine = model.with_grid(model.grid.refined())
+    theta = mu @ model.grid.integration(fine.grid.s).T
+    load = {name: values[:, None] for name, values in course.loads.items()}
+    along = load["thrust"] + load["weight"] * fine.arms[0]
+    shear = along * np.sin(theta) + (load["transverse"] + load["weight"] * fine.arms[1]) * np.cos(theta)
+
+    def dead(places: Array) -> Array:
+        return np.asarray(load["couple"] + shear @ (fine.grid.w - fine.grid.integration(places)).T)
+
+    mu_t = model.layout.mu_t(course.y)
+    if mu_t is None:
+        return dead(s)
+    contact = mu - model.division.spread(natural) + model.damping * mu_t
+    return np.asarray(dead(s) + (contact - dead(model.grid.s)) @ model.grid.interpolation(s).T)
+
+
+def _table(
+    name: str, solution: Solution, course: _Course, values: dict[str, Array], coordinates: dict[str, object]
+) -> xarray.Dataset:
+    """Label the values, in the user's units."""
+    import xarray
+
+    model = solution.model
+    plain = model.specimen is None
+
+    def labelled(key: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
+        kind, words = KINDS_OF[key]
+        scaled = values[key] * float(getattr(model.scales, kind))
+        return ("t", "s")[: scaled.ndim], scaled, {"units": unit_of(kind, plain), "long_name": words}
+
+    t = course.t * model.scales.time if course.times is None else course.times
+    time = ("t", t, {"units": unit_of("time", plain), "long_name": "time"})
+    return xarray.Dataset(
+        {key: labelled(key) for key in KINDS_OF if key in values},
+        coords={"t": time, **coordinates},
+        attrs={"result": name, "title": solution.provenance.get("title", "")},
+    )
