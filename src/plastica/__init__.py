@@ -48,6 +48,9 @@ if TYPE_CHECKING:
     from plastica.show.plots import plot
     from plastica.show.report import report
     from plastica.study.measured import measured_shape
+    from plastica.study.sweep import sweep
+    from plastica.study.sweep_estimate import estimate_sweep
+    from plastica.study.sweep_result import Sweep, read_sweep
 
 _HOMES = {
     "Basin": "plastica.charts.basin",
@@ -68,6 +71,7 @@ _HOMES = {
     "Status": "plastica.motion.status",
     "Rod": "plastica.physics.rod",
     "Strut": "plastica.physics.strut",
+    "Sweep": "plastica.study.sweep_result",
     "Thresholds": "plastica.charts.thresholds",
     "Verdict": "plastica.material.admissibility",
     "asymptotic_phase": "plastica.equilibria.projection",
@@ -77,6 +81,7 @@ _HOMES = {
     "equilibria": "plastica.equilibria.catalog",
     "equilibria_at": "plastica.equilibria.catalog",
     "equilibrium": "plastica.equilibria.equilibrium",
+    "estimate_sweep": "plastica.study.sweep_estimate",
     "film": "plastica.show.film",
     "fold_curve": "plastica.equilibria.branches",
     "force_displacement": "plastica.motion.histories",
@@ -89,11 +94,13 @@ _HOMES = {
     "plot": "plastica.show.plots",
     "predict_limit": "plastica.equilibria.limits",
     "read": "plastica.motion.store",
+    "read_sweep": "plastica.study.sweep_result",
     "report": "plastica.show.report",
     "rest": "plastica.equilibria.rest",
     "solve": "plastica.motion.solve",
     "solve_many": "plastica.motion.many",
     "spectrum": "plastica.equilibria.spectrum",
+    "sweep": "plastica.study.sweep",
     "thermodynamics": "plastica.motion.thermodynamics",
     "thresholds": "plastica.charts.thresholds",
     "time_one_map": "plastica.motion.longtime",
@@ -119,6 +126,7 @@ __all__ = [
     "Spectrum",
     "Status",
     "Strut",
+    "Sweep",
     "Thresholds",
     "Verdict",
     "__version__",
@@ -130,6 +138,7 @@ __all__ = [
     "equilibria",
     "equilibria_at",
     "equilibrium",
+    "estimate_sweep",
     "film",
     "fold_curve",
     "force_displacement",
@@ -143,11 +152,13 @@ __all__ = [
     "predict_limit",
     "programs",
     "read",
+    "read_sweep",
     "report",
     "rest",
     "solve",
     "solve_many",
     "spectrum",
+    "sweep",
     "thermodynamics",
     "thresholds",
     "time_one_map",

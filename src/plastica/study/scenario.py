@@ -21,7 +21,7 @@ from plastica.physics.initial import Curvature
 from plastica.physics.load import Load
 from plastica.physics.model import Model
 from plastica.physics.scales import Specimen
-from plastica.study import assembly, building, loads, rods, schema
+from plastica.study import assembly, building, loads, rods, schema, sweep_schema
 from plastica.study.problems import Problems
 from plastica.study.reading import Document, read_document
 from plastica.study.tokens import key_text
@@ -185,6 +185,8 @@ def scenario_of(document: Document) -> Scenario:
     _refuse_unknown(data, problems)
     sections = {name: _section(name, data, problems, si=si) for name in schema.SECTIONS}
     rods.check_inertia(data, sections["inertia"], problems, si=si)
+    if "sweep" in data:
+        sweep_schema.check_table(data["sweep"], problems, si=si)
     nouns = _nouns(sections, data, problems, si=si)
     problems.refuse()
     scenario = _assembled(document, head.title if head else "", nouns, problems)

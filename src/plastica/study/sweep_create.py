@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plastica.errors import FileError
 from plastica.files import as_path
@@ -17,7 +20,7 @@ from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan, versions
 from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
 
-__all__ = ["bytes_of", "create"]
+__all__ = ["bytes_of", "create", "stored_bytes"]
 
 LEAST_FREE: Final = 1.1
 """How many times the uncompressed size of a sweep must be free on the disk, beside a hundred megabytes."""
@@ -29,6 +32,20 @@ AT_A_TIME: Final = 500_000
 def bytes_of(plan: Plan) -> int:
     """Return the size of a finished sweep before compression."""
     return plan.count * sum(each.bytes_per_member for each in (*variables_of(plan), *coordinates_of(plan)))
+
+
+def stored_bytes(plan: Plan, columns: Mapping[str, NDArray[Any]]) -> int:
+    """Return the size of some members' variables as the store compresses them."""
+    import zarr
+    from zarr.storage import MemoryStore
+
+    group, found = zarr.create_group(MemoryStore(), zarr_format=3), 0
+    few = replace(plan, members=replace(plan.members, sampling="list", count=len(columns["status"])))
+    for variable in variables_of(plan):
+        array = _make(group, few, variable)
+        array[:] = columns[variable.name]
+        found += array.nbytes_stored()
+    return found
 
 
 def create(folder: str | Path, plan: Plan) -> Store:

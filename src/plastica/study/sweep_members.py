@@ -62,15 +62,21 @@ class Members:
         drawing = self._drawing()
         for first in range(0, self.count, size):
             last = min(first + size, self.count)
-            if drawing is not None:
-                shares = drawing(first, last)
-                columns = [axis.drawn(share) for axis, share in zip(self.axes, shares.T, strict=True)]
-            elif self.sampling == "grid":
-                places = np.unravel_index(np.arange(first, last), self.shape)
-                columns = [axis.values[place] for axis, place in zip(self.axes, places, strict=True)]
-            else:
-                columns = [axis.values[first:last] for axis in self.axes]
-            yield np.stack(columns, axis=1)
+            yield self._at(np.arange(first, last)) if drawing is None else self._drawn(drawing(first, last))
+
+    def picked(self, places: NDArray[np.int64]) -> Array:
+        """Return the values of some members; of drawn ones, as many of the first."""
+        drawing = self._drawing()
+        return self._at(places) if drawing is None else self._drawn(drawing(0, places.size))
+
+    def _at(self, places: NDArray[np.int64]) -> Array:
+        if self.sampling != "grid":
+            return np.stack([axis.values[places] for axis in self.axes], axis=1)
+        along = np.unravel_index(places, self.shape)
+        return np.stack([axis.values[place] for axis, place in zip(self.axes, along, strict=True)], axis=1)
+
+    def _drawn(self, shares: Array) -> Array:
+        return np.stack([axis.drawn(share) for axis, share in zip(self.axes, shares.T, strict=True)], axis=1)
 
     def _drawing(self) -> Any:
         """Shares in [0, 1) of members first to last; None where nothing is drawn."""

@@ -1,0 +1,241 @@
+"""The command on many rods: sweep."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from plastica.doors.equilibria import SUFFIXES
+from plastica.doors.telling import console, print_json, say
+from plastica.errors import ArgumentError, FileError
+
+if TYPE_CHECKING:
+    from plastica.study.sweep import Progress
+    from plastica.study.sweep_estimate import Estimate
+    from plastica.study.sweep_plan import Plan
+    from plastica.study.sweep_result import Sweep
+    from plastica.study.sweep_store import Store
+
+__all__ = ["sweep"]
+
+DONE, FAILED, INTERRUPTED = 0, 1, 130
+
+_FILE = click.Path(path_type=Path)
+
+SAID_EVERY: Final = 30.0
+"""Seconds between two lines on the progress where there is no terminal."""
+
+MOST_REPORTS: Final = 100
+WORTH_A_LOOK: Final = 5
+
+
+@click.command()
+@click.argument("scenario", type=_FILE)
+@click.option("--store", "-s", type=_FILE, help="Folder of the results.  [default: out/<scenario's name>.sweep]")
+@click.option("--engine", default="local", show_default=True, help="local, or dask.")
+@click.option("--workers", type=int, help="Processes.  [default: one for each core]")
+@click.option("--scheduler", help="Address of a Dask scheduler, tcp://host:8786.")
+@click.option("--estimate", is_flag=True, help="Say what it will take, by a few members, and compute no more.")
+@click.option("--status", is_flag=True, help="Say what is there, and compute nothing.")
+@click.option("--plot", "picture", type=_FILE, help="Draw the regimes into this file (.png, .svg or .pdf).")
+@click.option("--reports", default=0, type=click.IntRange(0, MOST_REPORTS), help="Pages on so many notable members.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing but mistakes and failures.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+def sweep(
+    scenario: Path,
+    store: Path | None,
+    engine: str,
+    workers: int | None,
+    scheduler: str | None,
+    estimate: bool,
+    status: bool,
+    picture: Path | None,
+    reports: int,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Run SCENARIO for all members of its table [sweep], or go on with the sweep in a folder.
+
+    What is interrupted, by Ctrl-C or in any other way, goes on where it was when the same command is given again.
+    """
+    from plastica.study.sweep_engines import check_engine
+
+    check_engine(engine, workers, scheduler)
+    if picture is not None and picture.suffix.lower() not in SUFFIXES:
+        raise ArgumentError(f"must end in one of {', '.join(SUFFIXES)}", where="--plot", value=str(picture))
+    if estimate:
+        return _estimated(_plan(scenario), workers, as_json)
+    began = time.perf_counter()
+    opened = _opened(scenario, store, status)
+    if not status:
+        code = _computed(opened, (engine, workers, scheduler), quiet=quiet or as_json)
+        if code != DONE:
+            return code
+    return _told(opened, picture, reports, time.perf_counter() - began, as_json=as_json, quiet=quiet)
+
+
+def _plan(scenario: Path) -> Plan:
+    from plastica.study.sweep import plan_of
+    from plastica.study.sweep_store import open_store
+
+    return open_store(scenario).plan if scenario.is_dir() else plan_of(scenario, {})
+
+
+def _opened(scenario: Path, store: Path | None, status: bool) -> Store:
+    """The store of a sweep: found where a folder is named, else made or taken up."""
+    from plastica.study.sweep import default_store
+    from plastica.study.sweep_create import create
+    from plastica.study.sweep_store import open_store
+
+    if scenario.is_dir():
+        if store is not None:
+            raise ArgumentError("must be left out where the folder of a sweep is given", where="--store")
+        found = open_store(scenario)
+        if not status:
+            found.check_versions()
+        return found
+    if status:
+        return open_store(store or default_store(_plan(scenario)))
+    plan = _plan(scenario)
+    return create(store or default_store(plan), plan)
+
+
+def _computed(store: Store, engine: tuple[str, int | None, str | None], *, quiet: bool) -> int:
+    """Compute what is missing; return the exit code."""
+    from plastica.study.sweep import compute_missing
+
+    name, workers, scheduler = engine
+    try:
+        with _Meter(wanted=not quiet) as meter:
+            compute_missing(store, name, workers, scheduler, meter)
+    except KeyboardInterrupt:
+        say("interrupted; what is done is kept. To go on from there, give the same command again")
+        return INTERRUPTED
+    except FileError as error:
+        say(str(error))
+        return FAILED
+    return DONE
+
+
+class _Meter:
+    """Shows how far a sweep is: a bar on a terminal, else a line now and then."""
+
+    def __init__(self, *, wanted: bool) -> None:
+        self.wanted, self.terminal = wanted, sys.stderr.isatty()
+        self.said = time.perf_counter()
+        self._counter: Any = None
+
+    def __enter__(self) -> _Meter:
+        from plastica.doors.progress import Counter
+
+        self._counter = Counter(wanted=self.wanted, words="members")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._counter.__exit__(None, None, None)
+
+    def __call__(self, now: Progress) -> None:
+        from plastica.study.sweep_estimate import duration
+
+        left = f", {duration(now.left)} left" if now.left == now.left else ""
+        words = f"members, {now.rate:.3g} a second{left}"
+        if self.terminal:
+            self._counter.words = words
+            self._counter(now.members, now.of)
+        elif self.wanted and time.perf_counter() - self.said > SAID_EVERY:
+            self.said = time.perf_counter()
+            say(f"{now.members} of {now.of} {words}")
+
+
+def _estimated(plan: Plan, workers: int | None, as_json: bool) -> int:
+    from plastica.study.sweep_estimate import estimate
+
+    found: Estimate = estimate(plan, workers)
+    if as_json:
+        print_json(vars(found))
+    else:
+        click.echo(f"{found}")
+    return DONE
+
+
+def _told(
+    store: Store, picture: Path | None, reports: int, seconds: float, *, as_json: bool, quiet: bool
+) -> int:
+    """Say what came of a sweep, and write what was asked for."""
+    from plastica.study.sweep_result import Sweep
+
+    found = Sweep(store)
+    files = _pictures(found, picture) + _reports(found, reports)
+    if as_json:
+        print_json({**_facts(found), "files": files, "seconds": seconds})
+    elif not quiet:
+        _print(found, files, seconds)
+    if found.failed:
+        say(f"{found.failed} of {found.done} members did not end as asked; see the table of how they ended")
+    return FAILED if found.failed else DONE
+
+
+def _pictures(found: Sweep, picture: Path | None) -> list[Path]:
+    if picture is None:
+        return []
+    from plastica.show.plots import plot
+
+    plot(found).savefig(picture)
+    return [picture]
+
+
+def _reports(found: Sweep, count: int) -> list[Path]:
+    """Pages of the members most worth a look, in the folder of the sweep; those that were refused have none."""
+    if not count:
+        return []
+    from plastica.errors import PlasticaError
+    from plastica.show.report import report
+
+    folder, written = found.path / "reports", []
+    folder.mkdir(exist_ok=True)
+    for each in found.interesting(count):
+        try:
+            written.append(report(found.solve(each.member), folder / f"member-{each.member}.html"))
+        except PlasticaError as error:
+            say(f"member {each.member}: {error}")
+    return written
+
+
+def _facts(found: Sweep) -> dict[str, Any]:
+    return {
+        "sweep": found.path,
+        "results": found.results,
+        "members": found.members,
+        "done": found.done,
+        "failed": found.failed,
+        "over": [axis.key for axis in found.axes],
+        "sampling": found.plan.members.sampling,
+        "chunks": found.plan.chunks,
+        "status": found.counts,
+        "regimes": found.regimes,
+        "interesting": [vars(each) for each in found.interesting(WORTH_A_LOOK)] if found.done else [],
+    }
+
+
+def _print(found: Sweep, files: list[Path], seconds: float) -> None:
+    from plastica.doors.tables import pairs, row
+
+    table = pairs(found.plan.base.title or "Sweep")
+    varied = ", ".join(axis.key for axis in found.axes)
+    row(table, "members", f"{found.members} over {varied} ({found.plan.members.sampling}), {found.done} done")
+    for status, count in found.counts.items():
+        row(table, "ended", f"{count} {status}")
+    for regime, count in found.regimes.items():
+        if regime != "pending":
+            row(table, "came to", f"{count} {regime}")
+    for each in found.interesting(WORTH_A_LOOK) if found.done else ():
+        row(table, f"member {each.member}", f"{each.why}: {each.takes}")
+    row(table, "results", found.results)
+    for file in files:
+        row(table, "written", file)
+    row(table, "cost", f"{seconds:.2f} s")
+    console().print(table)
