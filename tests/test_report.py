@@ -87,7 +87,7 @@ def test_the_page_loads_nothing() -> None:
 
 def test_drawings_hold_no_scripts_and_refer_to_nothing_outside() -> None:
     drawings = [str(each["src"]) for each in Reader(page("held")).all("img")]
-    assert len(drawings) == 6
+    assert len(drawings) == 8
     for each in drawings:
         kind, data = each.split(";base64,")
         assert kind == "data:image/svg+xml"

@@ -11,6 +11,7 @@ from plastica.equilibria.branches import Branch, FoldCurve
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.equilibria.equilibrium_set import EquilibriumSet
 from plastica.equilibria.limits import Limit
+from plastica.equilibria.mode_set import Modes
 from plastica.equilibria.rest import Rest
 from plastica.equilibria.spectrum import Spectrum
 from plastica.motion.solution import Solution
@@ -18,8 +19,12 @@ from plastica.show.admissible import set_figure
 from plastica.show.branches import branches_figure, folds_figure
 from plastica.show.charts import basin_figure, capacity_figure, is_capacity, phase_figure
 from plastica.show.entropy import entropy_figure, is_thermodynamics
+from plastica.show.loops import history_figure, is_history
 from plastica.show.modes import spectrum_figure
+from plastica.show.regimes import regimes_figure
 from plastica.show.rods import equilibrium_figure, limit_figure, rest_figure
+from plastica.show.vibration import modes_figure
+from plastica.study.sweep_result import Sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,7 +37,15 @@ _PICTURES: tuple[tuple[type, Callable[[Any], Figure]], ...] = (
     (Spectrum, spectrum_figure),
     (Limit, limit_figure),
     (Rest, rest_figure),
+    (Modes, modes_figure),
     (Basin, basin_figure),
+    (Sweep, regimes_figure),
+)
+
+_DATASETS: tuple[tuple[Callable[[object], bool], Callable[[Any], Figure]], ...] = (
+    (is_capacity, capacity_figure),
+    (is_thermodynamics, entropy_figure),
+    (is_history, history_figure),
 )
 
 _SEVERAL: tuple[tuple[type, Callable[[Any], Figure]], ...] = ((Branch, branches_figure), (FoldCurve, folds_figure))
@@ -51,10 +64,9 @@ def drawn(result: object, path: Solution | None = None) -> Figure | None:
     if isinstance(result, PhaseDiagram):
         return phase_figure(result, path)
     found: Any = result
-    if is_capacity(found):
-        return capacity_figure(found)
-    if is_thermodynamics(found):
-        return entropy_figure(found)
+    for tells, chart in _DATASETS:
+        if tells(found):
+            return chart(found)
     if isinstance(result, (Branch, FoldCurve)):
         found = (result,)
     if isinstance(found, (tuple, list)) and found:

@@ -87,7 +87,7 @@ def _model(model: Model) -> str:
         words = "A rod without inertia: it is so light and slow that it is in balance with its loads at all times."
     if model.segments == 1:
         return f"{words} Its natural curvature is the same along its whole length."
-    return f"{words} Its natural curvature is uniform on each of {model.segments} segments, and differs between them."
+    return f"{words} Its natural curvature is uniform on each of {model.segments} segments, each with its own."
 
 
 def _specimen(model: Model) -> list[tuple[str, str, str]]:

@@ -71,7 +71,8 @@ def _why_none(subject: Subject) -> str:
         (settled is None or settled > end, "the loads go on changing"),
         (model.loads.thrust(end) < 0.0, "the rod is pulled"),
     )
-    return " and ".join(words for holds, words in reasons if holds)
+    told = [words for holds, words in reasons if holds]
+    return " and ".join([", ".join(told[:-1]), told[-1]] if len(told) > 1 else told)
 
 
 def _measure(subject: Subject) -> Measure:

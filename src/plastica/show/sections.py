@@ -96,7 +96,8 @@ def _speed_card(subject: Subject) -> list[dict[str, str]]:
     along, across = seen.velocities(seen.t, np.array([1.0]))
     speed = np.hypot(along, across)[:, 0]
     when = int(speed.argmax())
-    more = f"at {write(float(seen.t[when]), 'time')}; {write(float(speed[-1]), 'velocity')} at the end"
+    at = f"at {write(float(seen.t[when]), 'time')}" if when else "at the start"
+    more = f"{at}; {write(float(speed[-1]), 'velocity')} at the end"
     return [_card("Largest speed of the free end", write(float(speed[when]), "velocity"), more)]
 
 

@@ -36,7 +36,7 @@ def path_panel(ax: Axes, seen: View) -> None:
     ax.set_aspect("equal", adjustable="box")
     for limits, values in ((ax.set_xlim, x), (ax.set_ylim, y)):
         middle = 0.5 * (float(values.min()) + float(values.max()))
-        half = 0.5 * max(float(np.ptp(values)), 0.3 * size) + 0.06 * size
+        half = 0.5 * max(float(np.ptp(values)), 0.6 * size) + 0.06 * size
         limits(middle - half, middle + half)
     if float(x.min()) - 0.2 * size < 0.0:
         clamp(ax, 0.3 * full, full)
