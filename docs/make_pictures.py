@@ -39,6 +39,12 @@ def charts() -> dict[str, object]:
     }
 
 
+def entropy() -> object:
+    """The picture of the page on the general rod."""
+    strut = pl.Strut(pl.catalogue.material("one-shape"), pl.Load(thrust=3.0), pl.Grid(nodes=24))
+    return pl.plot(pl.thermodynamics(pl.solve(strut, curvature=0.1, until=40.0)))
+
+
 def save(figure: object, name: str) -> Path:
     """Write a figure with 64 colours, which is what its lines need."""
     from PIL import Image
@@ -54,7 +60,7 @@ def save(figure: object, name: str) -> Path:
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     sol = strut_held_and_released()
-    figures = {"overview.png": pl.plot(sol), "shapes.png": plots.shapes(sol), **charts()}
+    figures = {"overview.png": pl.plot(sol), "shapes.png": plots.shapes(sol), "entropy.png": entropy(), **charts()}
     for name, figure in figures.items():
         made = save(figure, name)
         print(made, made.stat().st_size)
