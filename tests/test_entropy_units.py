@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import plastica as pl
-from plastica.motion.thermodynamics import QUANTITIES
+from plastica.motion.thermodynamics import _UNITS, QUANTITIES
 from tests.support import EPS
+from tests.test_docs import code, rows
 from tests.test_thermodynamics import bowed
 
 LENGTH, STIFFNESS, TIME, WARMTH = 0.25, 0.035, 120.0, 293.15
@@ -118,3 +119,10 @@ def test_picture_in_units() -> None:
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert any(label.endswith("W/(m·K))") for label in labels)
     assert any(label.startswith("Change since the start (") and label.endswith("J)") for label in labels)
+
+
+def test_every_quantity_is_documented() -> None:
+    table = {code(row[0]): row[1:] for row in rows("rod.md", "Variables of the balance")}
+    assert table == {
+        name: [", ".join(dims), f"`{_UNITS[kind][0]}`", words] for name, (dims, kind, words) in QUANTITIES.items()
+    }
