@@ -318,6 +318,18 @@ def check_frozen() -> None:
     assert found.natural_curvature.values.tolist() == [0.3, -0.3, 0.0]
 
 
+def check_rest() -> None:
+    """A member that has come to rest is not stepped on with, and is where a long run would leave it."""
+    thrust = np.array([0.0, 1.0, 2.0, 3.0, 6.0])
+    found = pl.solve_many(STRUT, SHAPE, 0.3, thrust, {"h": 50.0}, until=3000.0, times=[5.0, 200.0, 3000.0])
+    assert set(found.method.values) == {"DOP853"}
+    assert found.steps.max() <= 150
+    for i, each in enumerate(thrust):
+        strut = pl.Strut(MATERIAL.with_parameters(h=50.0), pl.Load(thrust=each), STRUT.grid)
+        alone = singly(strut, SHAPE, 0.3, until=3000.0, times=[5.0, 200.0, 3000.0], rtol=1e-11)
+        assert error_beside_solve(found, i, alone) <= 1e-8
+
+
 def check_mirror() -> None:
     """Members that are mirror images of each other stay so, bit for bit."""
     thrust, own, natural, _ = drawn(20)

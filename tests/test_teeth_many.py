@@ -47,17 +47,17 @@ def _one_step_for_all(sound: Any) -> Any:
 
 
 def _one_error_for_all(sound: Any) -> Any:
-    def spoiled(self: Block, h: Any) -> Any:
-        new, error = sound(self, h)
-        return new, np.full_like(error, error.max())
+    def spoiled(self: Block) -> Any:
+        new, error, still = sound(self)
+        return new, np.full_like(error, error.max()), still
 
     return spoiled
 
 
 def _belittled(sound: Any) -> Any:
-    def spoiled(self: Block, h: Any) -> Any:
-        new, error = sound(self, h)
-        return new, 1e-4 * error
+    def spoiled(self: Block) -> Any:
+        new, error, still = sound(self)
+        return new, 1e-4 * error, still
 
     return spoiled
 
@@ -65,16 +65,16 @@ def _belittled(sound: Any) -> Any:
 def _leaking(sound: Any) -> Any:
     """Part of each column is carried over into the next, a last bit of it."""
 
-    def spoiled(self: Block, h: Any) -> Any:
-        new, error = sound(self, h)
-        return new + 1e-30 * np.roll(new, 1, axis=1), error
+    def spoiled(self: Block) -> Any:
+        new, error, still = sound(self)
+        return new + 1e-30 * np.roll(new, 1, axis=1), error, still
 
     return spoiled
 
 
 def _restless(sound: Any) -> Any:
-    def spoiled(self: Struts, arrays: Arrays) -> Any:
-        rate = sound(self, arrays)
+    def spoiled(self: Struts, arrays: Arrays, width: int) -> Any:
+        rate = sound(self, arrays, width)
         return lambda mean, mu_nat, p: rate(mean, mu_nat, p) + 1e-12
 
     return spoiled
@@ -83,8 +83,8 @@ def _restless(sound: Any) -> Any:
 def _one_sided(sound: Any) -> Any:
     """The drive yields in one direction only."""
 
-    def spoiled(self: Struts, arrays: Arrays) -> Any:
-        rate = sound(self, arrays)
+    def spoiled(self: Struts, arrays: Arrays, width: int) -> Any:
+        rate = sound(self, arrays, width)
         return lambda mean, mu_nat, p: np.maximum(rate(mean, mu_nat, p), 0.0)
 
     return spoiled
@@ -158,6 +158,8 @@ DEFECTS: dict[str, tuple[Defect, Callable[[], None]]] = {
         test_many.check_neighbours,
     ),
     "corners taken lightly": (lambda patch: patch.setattr(block, "STRICTER", 1.0), test_many.check_corners),
+    "at rest too early": (lambda patch: patch.setattr(block, "AT_REST", 1e4), test_many.check_rest),
+    "never at rest": (lambda patch: patch.setattr(block, "AT_REST", 0.0), test_many.check_rest),
     "a natural curvature that is never at rest": (
         _changed(Struts, "_natural_rate", _restless),
         test_many.check_frozen,

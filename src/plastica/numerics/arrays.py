@@ -110,11 +110,20 @@ class Arrays:
         out[-1, ...] = last
         return out
 
+    def pair(self, first: AnyArray, second: AnyArray, out: AnyArray) -> AnyArray:
+        """Return two rows as one array, written into `out` where that is given."""
+        if out is None:
+            return self.xp.stack([first, second])
+        out[0, ...] = first
+        out[1, ...] = second
+        return out
+
     def into(self, name: str) -> Callable[..., AnyArray]:
         """Return a function of the standard whose last argument is where to write; it returns what it wrote."""
         function: Callable[..., AnyArray] = getattr(self.xp, name)
         if self.writable:
-            return function
+            # NumPy no longer takes the place of a maximum by position.
+            return (lambda a, b, out: function(a, b, out=out)) if name == "maximum" else function
         return lambda *arguments: function(*arguments[:-1])
 
     def empty(self, *shape: int) -> AnyArray:

@@ -37,6 +37,17 @@ STRICTER: Final = 30.0
 """How much more is asked of a step within which a slope starts or stops being 0: there it has a corner, which the
 estimates of the error take too lightly. Under a cycling thrust it brings the largest error from 233 to 3 rtol."""
 
+AT_REST: Final = 0.01
+"""Share of the tolerance: where the whole way to go, at the present rate, comes to less, the state is that of the end.
+Only asked where the switching row is at rest and time does not matter, so that what changes dies away."""
+
+DYING: Final = 100.0
+"""Time within which what is near rest dies away. Where it takes a hundred times as long, one tolerance is missed."""
+
+NEAR_REST: Final = 1e4
+"""Tolerances: where the way to go comes to less, the steps must be more exact, by up to a thousand times. Steps as long
+as stability lets them be keep stirring up errors of the size of the tolerance, and rest would never be seen."""
+
 # Where the state and the slopes lie in the stack, so that what a stage needs lies together. Slopes are times the step.
 _STATE: Final = 2
 _SLOPE: Final = (3, 1, 0, *range(4, 4 + dop853.STAGES - 3))
@@ -61,9 +72,21 @@ def _row(taken: dict[int, float], of_state: float) -> tuple[int, int, Array]:
 
 @cache
 def _result() -> Array:
-    """What the new state and the two errors take of the stack from the state on."""
-    rows = [_row(taken, share) for taken, share in ((dop853.B, 1.0), (dop853.E5, 0.0), (dop853.E3, 0.0))]
+    """What the new state, the two errors and the first slope take of the stack from the state on."""
+    every = ((dop853.B, 1.0), (dop853.E5, 0.0), (dop853.E3, 0.0), ({0: 1.0}, 0.0))
+    rows = [_row(taken, share) for taken, share in every]
     return np.stack([np.pad(row, (first - _STATE, _STACK - last)) for first, last, row in rows])
+
+
+class _Views:
+    """Parts of a stack that can be written, in the shapes in which they are needed, and room for results."""
+
+    def __init__(self, stack: Array) -> None:
+        _, rows, width = stack.shape
+        self.among = [stack[:1], *(stack[first:last].reshape(last - first, -1) for first, last, _ in _stages())]
+        self.slopes = [stack[place] for place in _SLOPE]
+        self.trial, self.spare, result = np.zeros((rows, width)), np.zeros((rows, width)), np.zeros((4, rows, width))
+        self.trial_flat, self.result_flat = self.trial.reshape(1, -1), result.reshape(4, -1)
 
 
 @dataclass(eq=False)
@@ -127,11 +150,11 @@ class Block:
         self._changed = True
         self._alive = self.fresh
         self._most, self._calm, self._least_error = (arrays.of(np.full(width, x)) for x in (MOST, CALM, 1e-12))
-        self._trial = arrays.empty(rows, width)
-        self._result = arrays.empty(3, rows, width)
-        self._stages = [(first, last, arrays.of(row)) for first, last, row in _stages()]
+        self._stages = [(first, last, arrays.of(row[None, :])) for first, last, row in _stages()]
         self._last = arrays.of(_result())
-        self._multiply, self._matmul = arrays.into("multiply"), arrays.into("matmul")
+        self._calmer = min(1e3, max(1.0, self.rtol / 2.5e-14))
+        self._into = {name: arrays.into(name) for name in ("multiply", "matmul", "divide", "maximum", "add", "abs")}
+        self._views = _Views(self.stack) if arrays.writable else None
 
     # -- what the host does between steps ----------------------------------------------------------------------
 
@@ -212,7 +235,10 @@ class Block:
         h = xp.where(landing, left, wanted)
         self._scale(0, h)
         self._evaluate_stages(h)
-        new, error = self._new_state_and_error(h)
+        new, error, change = self._new_state_and_error()
+        to_go = change * xp.clip(left, 0.0, DYING) / h
+        error = xp.where(to_go <= NEAR_REST, self._calmer * error, error)
+        landing = landing | (to_go <= AT_REST)
         accepted = (error <= 1.0) & self._alive
         self.stack = arrays.put(self.stack, _STATE, arrays.chosen(accepted, new, self.stack[_STATE, ...]))
         self.t = xp.where(accepted, xp.where(landing, self.end, self.t + h), self.t)
@@ -223,46 +249,64 @@ class Block:
 
     def _slope(self, stage: int, t: AnyArray, y: AnyArray) -> None:
         """Put the rate at a stage into its place in the stack."""
-        place = self.stack[_SLOPE[stage], ...] if self.arrays.writable else None
-        slope = self.rate(t, y, self.p, place)
-        if place is None:
-            self.stack = self.arrays.put(self.stack, _SLOPE[stage], slope)
+        if self._views is not None:
+            self.rate(t, y, self.p, self._views.slopes[stage])
+        else:
+            self.stack = self.arrays.put(self.stack, _SLOPE[stage], self.rate(t, y, self.p, None))
 
     def _scale(self, stage: int, h: AnyArray) -> None:
         """Multiply a slope by the step."""
-        place = self.stack[_SLOPE[stage], ...]
-        scaled = self._multiply(place, h, place)
-        if scaled is not place:
-            self.stack = self.arrays.put(self.stack, _SLOPE[stage], scaled)
+        if self._views is not None:
+            np.multiply(self._views.slopes[stage], h, self._views.slopes[stage])
+        else:
+            self.stack = self.arrays.put(self.stack, _SLOPE[stage], self.stack[_SLOPE[stage], ...] * h)
 
     def _evaluate_stages(self, h: AnyArray) -> None:
-        flat = (-1, self.rows * self.width)
-        xp, trial = self.arrays.xp, self._trial
-        target = None if trial is None else xp.reshape(trial, (1, -1))
+        xp, matmul, views = self.arrays.xp, self._into["matmul"], self._views
         t = self.t
         for stage, (first, last, row) in enumerate(self._stages, 1):
-            among = xp.reshape(self.stack[first:last, ...], flat)
-            y = self._matmul(xp.reshape(row, (1, -1)), among, target)
+            if views is None:
+                y = xp.reshape(row @ self._flat(first, last), (self.rows, self.width))
+            else:
+                matmul(row, views.among[stage], views.trial_flat)
+                y = views.trial
             if not self.autonomous:
                 t = self.t + dop853.C[stage] * h
-            self._slope(stage, t, xp.reshape(y, (self.rows, self.width)))
+            self._slope(stage, t, y)
             self._scale(stage, h)
 
-    def _new_state_and_error(self, h: AnyArray) -> tuple[AnyArray, AnyArray]:
-        """The new state, and its error in units of the tolerance as DOP853 estimates it."""
+    def _flat(self, first: int, last: int) -> AnyArray:
+        """Part of the stack with a row for each state or slope."""
+        return self.arrays.xp.reshape(self.stack[first:last, ...], (last - first, -1))
+
+    def _new_state_and_error(self) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """The new state, its error in units of the tolerance as DOP853 estimates it, and how far this step still goes.
+
+        The last is infinite where a change need not die away: where the switching row moves, or time matters.
+        """
         xp = self.arrays.xp
-        target = None if self._result is None else xp.reshape(self._result, (3, -1))
-        among = xp.reshape(self.stack[_STATE:, ...], (_STACK - _STATE, -1))
-        result = xp.reshape(self._matmul(self._last, among, target), (3, self.rows, self.width))
-        new = result[0, ...]
-        size = xp.maximum(xp.abs(self.stack[_STATE, ...]), xp.abs(new))
-        scale = size * self.rtol + self.atol
-        fifth, third = (xp.sum((result[k, ...] / scale) ** 2, axis=0) for k in (1, 2))
+        new, errors = self._results()
+        fifth, third, change = (errors[k, ...] for k in range(3))
         error = fifth / (xp.sqrt((fifth + 0.01 * third) * float(self.rows)) + 1e-300)
+        never = self._least_error + np.inf
         if self.switching is None:
-            return new, error
+            return new, error, never
         first, last = (self.stack[_SLOPE[stage], self.switching, ...] != 0.0 for stage in (0, dop853.STAGES - 1))
-        return new, xp.where(first != last, STRICTER * error, error)
+        still = xp.where(first | last, never, xp.sqrt(change / self.rows)) if self.autonomous else never
+        return new, xp.where(first != last, STRICTER * error, error), still
+
+    def _results(self) -> tuple[AnyArray, AnyArray]:
+        """The new state, sums of squares of errors and first slope in units of the tolerance, (3, width)."""
+        xp, do, views = self.arrays.xp, self._into, self._views
+        result = do["matmul"](self._last, self._flat(_STATE, _STACK), None if views is None else views.result_flat)
+        result = xp.reshape(result, (4, self.rows, self.width))
+        new, errors = result[0, ...], result[1:, ...]
+        spare, size = (None, None) if views is None else (views.spare, views.trial)
+        size = do["maximum"](do["abs"](self.stack[_STATE, ...], spare), do["abs"](new, size), size)
+        scale = do["add"](do["multiply"](size, self.rtol, size), self.atol, size)
+        target = None if views is None else errors
+        errors = do["divide"](errors, scale, target)
+        return new, xp.sum(do["multiply"](errors, errors, target), axis=1)
 
     def _next_steps(self, h: AnyArray, error: AnyArray, accepted: AnyArray, landing: AnyArray) -> None:
         xp = self.arrays.xp

@@ -169,7 +169,7 @@ class Struts:
         """
         thrust_alone = self.forces.kinds == ("thrust",)
         moment = _thrust_moment(self, arrays, width) if thrust_alone else _moment(self, arrays, width)
-        natural_rate = self._natural_rate(arrays)
+        natural_rate = self._natural_rate(arrays, width)
         n, subtract, add = self.strut.grid.size, arrays.into("subtract"), arrays.into("add")
 
         def rate(t: AnyArray, y: AnyArray, p: AnyArray, out: AnyArray) -> AnyArray:
@@ -181,16 +181,18 @@ class Struts:
 
         return rate
 
-    def _natural_rate(self, arrays: Arrays) -> Callable[[AnyArray, AnyArray, AnyArray], AnyArray]:
+    def _natural_rate(self, arrays: Arrays, width: int) -> Callable[[AnyArray, AnyArray, AnyArray], AnyArray]:
         """(mean curvature, mu_nat, p) -> f(D - Theta) - f(-Theta - D)."""
         laws, rows = batch_laws(self.strut, self.varying, arrays.xp), self._parameter_rows
         slope, threshold, flow = laws.preference_slope, laws.threshold, laws.flow
+        both = arrays.empty(2, width)
 
         def natural_rate(mean: AnyArray, mu_nat: AnyArray, p: AnyArray) -> AnyArray:
             own = [p[i, ...] for i in rows]
             drive = mean - mu_nat - slope(mu_nat, *own)
             bound = threshold(mu_nat, *own)
-            return flow(drive - bound, *own) - flow(-bound - drive, *own)
+            flows = flow(arrays.pair(drive - bound, -bound - drive, both), *own)
+            return flows[0, ...] - flows[1, ...] if hasattr(flows, "shape") else 0.0 * drive
 
         return natural_rate
 
