@@ -232,7 +232,7 @@ def directions(n: int, count: int = 3) -> Array:
 
 def check_energies(name: str) -> None:
     """x^T M x/2 is the kinetic energy, x^T K x the second difference of V, x^T D x twice the dissipation."""
-    model, place = bent(name, rotary_inertia=1e-2, damping=0.3, natural_segments=2)
+    model, place = bent(name, nodes=12, rotary_inertia=1e-2, damping=0.3, natural_segments=2)
     found, h = pl.modes(model, place), 1e-3
     for x in directions(found.mu.size):
         kinetic = float(model.kinetic_energy(found.mu, x))
@@ -246,13 +246,14 @@ def check_energies(name: str) -> None:
 def check_finite_differences(name: str) -> None:
     """M u_tt + D u_t + K u = 0 is the derivative of Rod.rate at rest."""
     model, place = bent(name, rotary_inertia=1e-2, damping=0.3)
-    found, h = pl.modes(model, place), 1e-5
-    w = found.model.grid.w
-    for x, v in zip(directions(found.mu.size), directions(found.mu.size)[::-1], strict=True):
-        turned = [found.model.rate(0.0, found.mu + i * h * x, found.mu_nat, i * h * v)[2] for i in (1.0, -1.0)]
-        forces = [w * (found.model.mass(found.mu + i * h * x) @ a) for i, a in zip((1.0, -1.0), turned, strict=True)]
-        left = (forces[0] - forces[1]) / (2.0 * h) + found.damping @ v + found.stiffness @ x
-        assert np.abs(left).max() <= 1e-7 * np.abs(w * x).max()
+    found, h = pl.modes(model, place), 1e-6
+    # Along smooth changes: the acceleration by a rough one is lost in the rounding of what it is solved from.
+    smooth = directions(4, 4) @ found.shapes[:4]
+    for x, v in zip(smooth, smooth[::-1], strict=True):
+        up, down = (found.model.rate(0.0, found.mu + i * h * x, found.mu_nat, i * h * v)[2] for i in (1.0, -1.0))
+        left = found.mass @ (up - down) / (2.0 * h) + found.damping @ v + found.stiffness @ x
+        size = np.abs(found.stiffness @ x).max()
+        assert np.abs(left).max() <= (10.0 * (h * np.abs(x).max()) ** 2 + 64.0 * EPS / h) * size
 
 
 def check_eigenvalues(name: str, delta: float) -> None:
@@ -272,7 +273,7 @@ def check_eigenvalues(name: str, delta: float) -> None:
 
 def check_symmetric(name: str) -> None:
     """M, D and K are symmetric to the last bit, modes orthonormal in M and orthogonal in K."""
-    model, place = bent(name, rotary_inertia=1e-2, damping=0.3, natural_segments=3)
+    model, place = bent(name, nodes=12, rotary_inertia=1e-2, damping=0.3, natural_segments=3)
     found = pl.modes(model, place)
     for matrix in (found.mass, found.damping, found.stiffness):
         assert np.array_equal(matrix, matrix.T)

@@ -14,6 +14,8 @@ import click
 
 from plastica._version import __version__
 from plastica.doors.equilibria import COMMANDS
+from plastica.doors.modes import modes
+from plastica.doors.sweep import sweep
 from plastica.doors.telling import console, print_json, say
 from plastica.errors import PlasticaError
 
@@ -208,7 +210,7 @@ def _told(ended: Sequence[Ran]) -> int:
     return max(one.code for one in ended)
 
 
-for _command in COMMANDS:
+for _command in (*COMMANDS, modes, sweep):
     cli.add_command(_command)
 
 

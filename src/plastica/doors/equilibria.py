@@ -13,7 +13,7 @@ from plastica.errors import ArgumentError
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["COMMANDS"]
+__all__ = ["COMMANDS", "common"]
 
 DONE, FAILED = 0, 1
 
@@ -36,8 +36,8 @@ def _picture(_context: click.Context, _option: click.Parameter, value: Path | No
     return value
 
 
-def _common(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add what all four commands take: the scenario, --json and --plot."""
+def common(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what all of these commands take: the scenario, --json and --plot."""
     for option in (
         click.option(
             "--plot", "picture", type=_FILE, callback=_picture, help="Draw it into this file (.png, .svg or .pdf)."
@@ -60,7 +60,7 @@ def _held(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @click.command()
-@_common
+@common
 @_held
 def equilibria(scenario: Path, as_json: bool, picture: Path | None, thrust: str | None, gamma: float | None) -> int:
     """Tell all equilibria of SCENARIO's rod under a thrust that is held for ever.
@@ -78,7 +78,7 @@ def equilibria(scenario: Path, as_json: bool, picture: Path | None, thrust: str 
 
 
 @click.command()
-@_common
+@common
 @_held
 @click.option("--alpha", help="Its curvature at the clamp: a number (times L), or text with a unit (1/m).")
 @click.option("--count", default=6, show_default=True, type=click.IntRange(1, MOST_COUNT), help="How many eigenvalues.")
@@ -109,7 +109,7 @@ def spectrum(
 
 
 @click.command("phase-diagram")
-@_common
+@common
 @click.option("--gamma", default="0:20", show_default=True, help="Range of thrusts LO:HI, in EI/L².")
 @click.option("--alpha", default="-12:12", show_default=True, help="Range of clamp curvatures LO:HI, times L.")
 @click.option("--shape", default=400, show_default=True, type=click.IntRange(20, 2000), help="Points each way.")
@@ -135,7 +135,7 @@ def phase_diagram(
 
 
 @click.command()
-@_common
+@common
 @click.option(
     "--gamma", help="Range of thrusts LO:HI, in EI/L².  [default: about where a gap opens, to beyond Euler's load]"
 )
