@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError
+from plastica.physics.scales import KINDS
 from plastica.study import fields, schema
 from plastica.study.problems import Problems
 from plastica.study.tokens import KeyPath
-from plastica.units import DIMENSIONLESS, dimension_text, looks_like_quantity, parse_quantity
+from plastica.units import DIMENSIONLESS, dimension_of, dimension_text, looks_like_quantity, parse_quantity
 
 __all__ = ["AMPLITUDE", "MOST_AXES", "MOST_VALUES", "Axis", "column", "flattened", "read_axis"]
 
@@ -189,7 +190,11 @@ def _hashable(value: Any) -> Any:
 
 
 def _unit(dimension: Any) -> str:
-    return "" if dimension == DIMENSIONLESS else dimension_text(dimension)
+    """The SI unit of a dimension: that of a quantity of this model where there is one."""
+    if dimension == DIMENSIONLESS:
+        return ""
+    known = (unit for unit, _ in KINDS.values() if unit not in ("1", "rad"))
+    return next((unit for unit in known if dimension_of(unit) == dimension), dimension_text(dimension))
 
 
 def _check_finite(values: Array) -> None:

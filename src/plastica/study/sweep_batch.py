@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from plastica.errors import PlasticaError
 from plastica.motion.many import solve_many
-from plastica.motion.outcome import BENT, STRAIGHT
 from plastica.numerics.grid import AUTO_NODES
 from plastica.physics.batch import batch_laws
 from plastica.physics.initial import initial_shape, nodal_values
@@ -20,6 +19,7 @@ from plastica.study.building import number
 from plastica.study.sweep_axes import AMPLITUDE, Axis
 from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
+from plastica.study.sweep_regimes import keeps_a_set, regime_codes
 from plastica.units import looks_like_quantity
 
 __all__ = ["compute_together"]
@@ -103,8 +103,6 @@ def _alone(plan: Plan, axis: Axis, value: float) -> Any:
 
 
 def _only(plan: Plan, axis: Axis) -> Any:
-    from dataclasses import replace
-
     return replace(plan.members, axes=(axis,))
 
 
@@ -187,8 +185,6 @@ def _thrust(plan: Plan, columns: dict[str, Array]) -> Any:
 
 
 def _program(plan: Plan, axes: list[Axis], row: Array) -> Program:
-    from dataclasses import replace
-
     one = replace(plan, members=replace(plan.members, axes=tuple(axes)))
     return one.scenario(row).model.load.thrust
 
@@ -237,19 +233,13 @@ def _codes(words: NDArray[Any], known: tuple[str, ...], other: str) -> NDArray[n
 def _verdicts(
     strut: Strut, last: dict[str, Array], start: _Start, own: dict[str, Array], pushed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
-    """Judge the last states as `Solution.outcome` does: the regime, and whether they yield.
-
-    A rod whose natural curvature has not moved springs back if it would not move on the way back either. Let go, its
-    drive goes from D to -kappa'(mu_nat), monotonously: (int mu - mu_nat) e^(-t) - kappa'(mu_nat) (design, section 1.2).
-    """
+    """Judge the last states: the regime, and whether they yield."""
     scales = strut.scales
     first = (start.natural * scales.length) * scales.curvature
     laws = batch_laws(strut, tuple(own), np)
     with np.errstate(all="ignore"):
         relaxed = laws.preference_slope(last["natural_curvature"] / scales.curvature, *own.values()) * scales.drive
         yielding = np.abs(last["drive"]) > last["threshold"]
-        kept = (last["natural_curvature"] != first) | yielding | (np.abs(relaxed) > last["threshold"])
-        angle = last["largest_angle"]
+        kept = keeps_a_set(last["natural_curvature"] != first, last["drive"], relaxed, last["threshold"])
         began = np.maximum(start.angle, np.abs(start.natural * scales.length))
-        buckled = pushed & (angle > max(STRAIGHT, BENT)) & (angle > 2.0 * began)
-    return (buckled + 2 * kept).astype(np.int8), yielding.astype(np.int8)
+        return regime_codes(pushed, last["largest_angle"], began, kept), yielding.astype(np.int8)

@@ -18,6 +18,7 @@ from plastica.study.scenario import Scenario
 from plastica.study.sweep_batch import compute_together
 from plastica.study.sweep_outputs import FAILED, FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_regimes import regime_of
 from plastica.study.sweep_store import Store
 
 __all__ = ["Told", "compute", "run_chunk", "solved"]
@@ -141,7 +142,8 @@ def _member(plan: Plan, values: Array) -> dict[str, Any]:
     last = _readings(solution, np.array([solution.history.end]))
     told |= {name: last[name][0] for name in FINAL}
     if "verdict" in plan.outputs:
-        told |= {"regime": _regime(solution), "yielding": _yielding(last)}
+        regime = regime_of(solution) if solution.status.ok else REGIMES.index("untold")
+        told |= {"regime": regime, "yielding": _yielding(last)}
     if "limit" in plan.outputs:
         told |= _limit(solution)
     if "state" in plan.outputs:
@@ -187,13 +189,6 @@ def _readings(solution: Solution, t: Array) -> dict[str, Array]:
 
 def _yielding(last: dict[str, Array]) -> int:
     return int(np.any(np.abs(last["drive"]) > last["threshold"]))
-
-
-def _regime(solution: Solution) -> int:
-    if not solution.status.ok:
-        return REGIMES.index("untold")
-    outcome = solution.outcome
-    return int(outcome.shape == "buckled") + 2 * int(outcome.memory == "permanent set")
 
 
 def _limit(solution: Solution) -> dict[str, Any]:

@@ -1,0 +1,222 @@
+"""Claim: the members of a sweep are those asked for, and mistakes in what is varied are told before anything runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import plastica as pl
+from plastica.errors import ArgumentError, ScenarioError
+from plastica.study.reading import document_of
+from plastica.study.scenario import read_scenario
+from plastica.study.sweep_axes import Axis
+from plastica.study.sweep_members import Members, members_of
+from plastica.study.sweep_plan import _chunk, make_plan
+from tests.commandline import call, scenario, si_scenario, written
+from tests.swept import plan, values
+
+# -- members ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_grid_is_all_combinations_the_first_key_varying_slowest() -> None:
+    made = plan({"load.thrust": [1.0, 2.0], "material.parameters.k": {"from": 0.5, "to": 1.5, "count": 3}})
+    assert made.count == 6
+    assert values(made).tolist() == [[1, 0.5], [1, 1.0], [1, 1.5], [2, 0.5], [2, 1.0], [2, 1.5]]
+
+
+def test_a_list_goes_side_by_side() -> None:
+    made = plan({"load.thrust": [1.0, 2.0], "initial.natural_curvature": [0.3, 0.4]}, sampling="list")
+    assert values(made).tolist() == [[1.0, 0.3], [2.0, 0.4]]
+    with pytest.raises(ScenarioError, match=r"as many values of each key .* \(2 of load.thrust, 3 of"):
+        plan({"load.thrust": [1.0, 2.0], "initial.curvature": [0.1, 0.2, 0.3]}, sampling="list")
+
+
+def test_ranges_are_even_or_in_equal_ratios() -> None:
+    made = plan({"load.thrust": {"from": 0.5, "to": 8.0, "count": 5, "spacing": "log"}})
+    assert np.abs(values(made)[:, 0] / [0.5, 1.0, 2.0, 4.0, 8.0] - 1.0).max() <= 4e-16
+
+
+def check_latin(members: Members) -> None:
+    """Cut into as many equal parts as there are members, each axis has one member in each part."""
+    rows = np.concatenate(list(members.blocks(7)))
+    for axis, column in zip(members.axes, rows.T, strict=True):
+        low, high = axis.values
+        place = np.log(column / low) / np.log(high / low) if axis.spacing == "log" else (column - low) / (high - low)
+        assert sorted(np.floor(place * members.count).astype(int)) == list(range(members.count))
+
+
+LATIN = (
+    Axis("a", "number", "", np.array([1.0, 3.0]), (), "linear"),
+    Axis("b", "number", "", np.array([1.0, 100.0]), (), "log"),
+)
+
+
+def test_a_latin_hypercube_has_one_member_in_every_part() -> None:
+    check_latin(members_of(LATIN, "latin-hypercube", 40, 7))
+
+
+@settings(deadline=None, max_examples=20, derandomize=True)
+@given(st.integers(1, 60), st.integers(1, 60), st.integers(0, 2**32))
+def test_random_members_do_not_depend_on_blocks(one: int, other: int, seed: int) -> None:
+    drawn = members_of(LATIN, "random", 60, seed)
+    a, b = (np.concatenate(list(drawn.blocks(size))) for size in (one, other))
+    assert np.array_equal(a, b)
+    assert np.all((a >= [1.0, 1.0]) & (a < [3.0, 100.0]))
+
+
+def test_another_seed_draws_others() -> None:
+    rows = [np.concatenate(list(members_of(LATIN, "random", 9, seed).blocks(9))) for seed in (0, 1)]
+    assert not np.any(rows[0] == rows[1])
+
+
+def test_drawn_members_choose_among_listed_values() -> None:
+    made = plan(
+        {"load.thrust": [1.0, 2.0], "initial.curvature": {"from": 0.0, "to": 1.0}}, sampling="random", members=200
+    )
+    rows = values(made)
+    assert set(rows[:, 0]) == {1.0, 2.0}
+    assert 60 <= int((rows[:, 0] == 1.0).sum()) <= 140
+
+
+def test_members_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "members.csv").write_text("load.thrust [mN], material.parameters.h [N*m**2]\n900, 0.003\n1100, 0.004\n")
+    file = written(tmp_path, si_scenario() + '[sweep]\nsampling = "csv"\ncsv = "members.csv"\n')
+    found = pl.sweep(file, store=tmp_path / "s.sweep", workers=0)
+    data = found.dataset
+    assert np.abs(data["load.thrust"].values - [0.9, 1.1]).max() <= 1e-15
+    assert data["load.thrust"].attrs["units"] == "N"
+    assert data["material.parameters.h"].values.tolist() == [0.003, 0.004]
+    assert (found.path / "members.csv").read_bytes() == (tmp_path / "members.csv").read_bytes()
+
+
+BAD_CSV = {
+    "": "must have a heading",
+    "load.thrust\n": "must have a heading",
+    "load.thrust [N], load.thrust [N]\n1,2\n": "must name each key once",
+    "load.thrust [N]\n1,2\n": "must have 1 cells in every row, but row 2 has 2",
+    "load.thrust [N]\nx\n": "must have numbers below",
+    "load.trust [N]\n1\n": "Did you mean `thrust`?",
+    "load.thrust [m]\n1\n": "of another kind",
+    "load.thrust\n1.0\n": "needs a unit",
+    "1.0,2.0\n3.0,4.0\n": "must begin with at most",
+}
+
+
+@pytest.mark.parametrize("text", BAD_CSV)
+def test_files_of_members_that_cannot_be_used(text: str, tmp_path: Path) -> None:
+    (tmp_path / "members.csv").write_text(text)
+    file = written(tmp_path, si_scenario() + '[sweep]\nsampling = "csv"\ncsv = "members.csv"\n')
+    answer = call("sweep", file, folder=tmp_path)
+    assert answer.code == 2
+    said = "must be N" if BAD_CSV[text] == "of another kind" else BAD_CSV[text]
+    assert said in answer.err or (said == "must be N" and "must be a quantity in N" in answer.err), answer.err
+    assert not (tmp_path / "out").exists()
+
+
+# -- mistakes --------------------------------------------------------------------------------------------------------
+
+MISTAKES: list[tuple[dict[str, Any], str]] = [
+    ({"over": {"load.thrus": [1.0]}}, "Did you mean `thrust`?"),
+    ({"over": {"lod.thrust": [1.0]}}, "Did you mean `load`?"),
+    ({"over": {"output.name": ["a"]}}, "cannot be varied"),
+    ({"over": {"load.thrust": [1.0, -2.0]}}, "'load.thrust'[1]` must not be negative"),
+    ({"over": {"load.thrust": ["1 N"]}}, 'Quantities with units need units = "SI"'),
+    ({"over": {"load.thrust": []}}, "must have 1 to"),
+    ({"over": {"load.thrust": 2.0}}, "must be an array of values, or a range"),
+    ({"over": {"load.thrust": {"from": 1.0}}}, ".to` is missing"),
+    ({"over": {"load.thrust": {"from": 1.0, "to": 2.0}}}, ".count` is missing"),
+    ({"over": {"load.thrust": {"from": 1.0, "to": 1.0, "count": 3}}}, "must be another quantity"),
+    ({"over": {"load.thrust": {"from": 0.0, "to": 1.0, "count": 3, "spacing": "log"}}}, "must be of one sign"),
+    ({"over": {"load.thrust": {"from": 1.0, "to": 2.0, "count": 3, "step": 1}}}, "step` is not a known key"),
+    ({"over": {"load.thrust": {"from": 1.0, "to": 2.0, "count": 1}}}, "must be a whole number from 2 to"),
+    ({"over": {"load.thrust.value": [1.0]}}, "must lead to a key of the scenario"),
+    ({"over": {"load.thrust": [float("nan")]}}, "must be finite"),
+    ({"over": {"material.parameters.h": [0.1, 0.0]}}, "'material.parameters.h'[1]` cannot be used: the material must"),
+    ({"over": {"grid.nodes": [8, 1000]}}, "'grid.nodes'[1]`"),
+    ({"over": {}}, "must name what is varied"),
+    ({"over": [1.0]}, "must be a table of keys"),
+    ({"over": {"load.thrust": [1.0]}, "sampling": "all"}, "must be one of 'grid'"),
+    ({"over": {"load.thrust": [1.0]}, "members": 3}, "belongs to drawn members"),
+    ({"over": {"load.thrust": [1.0]}, "sampling": "random"}, "sweep.members` is missing"),
+    ({"over": {"load.thrust": [1.0]}, "outputs": ["finale"]}, "Did you mean `final`?"),
+    ({"over": {"load.thrust": [1.0]}, "outputs": ["histories"]}, "needs times at which to look"),
+    ({"over": {"load.thrust": [1.0]}, "outputs": ["histories"], "times": [1.0, 9.0]}, "increase within [0, 2]"),
+    ({"over": {"load.thrust": [1.0]}, "chunk": 0}, "must be at least 1"),
+    ({"over": {"load.thrust": [1.0]}, "csv": "a.csv"}, 'belongs to sampling = "csv"'),
+    ({"over": {"load.thrust": [1.0]}, "seed": -1}, "must not be negative"),
+    ({"sampling": "csv", "csv": "../a.csv"}, "must name a file in the folder"),
+    ({"over": {"solve.times": [[1.0]]}}, "cannot be varied: all members share it"),
+    ({"over": {"grid.nodes": [8, 12]}, "outputs": ["state"]}, "cannot be varied where outputs hold"),
+    ({"over": {f"load.a{i}": [1.0] for i in range(2)}}, "2 mistakes"),
+    (
+        {"over": {"load.thrust": {"from": 0.0, "to": 1.0}}, "sampling": "latin-hypercube", "members": 10**8},
+        "must be at most 10000000 for a Latin hypercube",
+    ),
+    (
+        {"over": {f"material.parameters.{name}": {"from": 1.0, "to": 2.0, "count": 100_000} for name in "kc"}},
+        "must come to at most 2000000000 members",
+    ),
+]
+
+
+@pytest.mark.parametrize(("table", "said"), MISTAKES, ids=[said[:40] for _, said in MISTAKES])
+def test_mistakes_are_told(table: dict[str, Any], said: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as refused:
+        pl.sweep(
+            written(tmp_path, scenario()),
+            table.get("over"),
+            store=tmp_path / "s",
+            **{k: v for k, v in table.items() if k != "over"},
+        )
+    assert said in str(refused.value), refused.value
+    assert not (tmp_path / "s").exists()
+
+
+def test_what_goes_wrong_at_a_corner_is_told_before_the_sweep() -> None:
+    text = scenario(
+        material='preference = "k*m**2/2"\nflow = "c*pos(x)**2"\nthreshold = "h - g"\n'
+        "parameters = { k = 1.0, c = 1.0, h = 1.0, g = 0.1 }"
+    )
+    with pytest.raises(ScenarioError, match=r"together cannot be used where material.parameters.h = 0.2, .*g = 0.5"):
+        plan({"material.parameters.h": [1.0, 0.2], "material.parameters.g": [0.1, 0.5]}, text)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"engine": "threads"}, "`engine` must be one of local, dask"),
+        ({"workers": -1}, "`workers` must be a whole number from 0"),
+        ({"workers": True}, "`workers` must be a whole number from 0"),
+        ({"scheduler": "tcp://localhost:1"}, '`scheduler` belongs to engine="dask"'),
+        ({"engine": "dask", "scheduler": "tcp://localhost:1", "workers": 2}, "`workers` must be left out"),
+        ({"engine": "dask", "scheduler": 8786}, "`scheduler` must be the address"),
+    ],
+)
+def test_engines_that_cannot_be_had(arguments: dict[str, Any], said: str, tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError) as refused:
+        pl.sweep(scenario(), {"load.thrust": [1.0]}, store=tmp_path / "s", **arguments)
+    assert said in str(refused.value)
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_scenario_may_be_a_path_a_text_or_read(tmp_path: Path) -> None:
+    file = written(tmp_path, scenario())
+    plans = [make_plan(document_of(scenario(), file), {"over": {"load.thrust": [1.0]}}).identity]
+    for i, either in enumerate((file, str(file), scenario(), read_scenario(file))):
+        found = pl.sweep(either, {"load.thrust": [1.0]}, store=tmp_path / f"{i}.sweep", workers=0)
+        plans.append(found.store.identity)
+    assert len(set(plans)) == 1
+    with pytest.raises(ArgumentError, match="must be the path or the text of a scenario"):
+        pl.sweep(3, {"load.thrust": [1.0]}, workers=0)  # type: ignore[arg-type]
+
+
+def test_the_number_of_chunks_stays_bounded() -> None:
+    made = plan({"load.thrust": {"from": 0.5, "to": 3.0, "count": 3}})
+    for count, chunk in ((3, 512), (100_000, 1000), (10**6, 8192), (10**9, 100_000)):
+        assert _chunk(replace(made, members=replace(made.members, sampling="random", count=count))) == chunk
