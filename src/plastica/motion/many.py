@@ -32,6 +32,9 @@ Array = NDArray[np.float64]
 CHUNK: Final = 8192
 """Members that are under way or waiting at a time in one process: what the memory is bounded by."""
 
+MOST_KEPT: Final = 1 << 23
+"""Numbers that a chunk keeps of the states at the times asked for: 64 MB."""
+
 ALSO: Final = ("curvature", "limit")
 """What is told only where it is asked for."""
 
@@ -149,7 +152,8 @@ def solve_many(
         asked,
         float(rtol),
         _atol(atol),
-        Options(_SHARE * float(rtol), MOST_STEPS, WIDTH),
+        # What NumPy computes should stay in the cache; a library on a device is best given all at once.
+        Options(_SHARE * float(rtol), MOST_STEPS, WIDTH if arrays.writable else max(WIDTH, int(chunk))),
         tuple(also),
     )
 
@@ -227,7 +231,9 @@ class _Runs:
     def __call__(self, given: Given, settings: Settings | None = None) -> Part:
         """Run all members, a chunk at a time, and join what came of them."""
         # As many chunks for each worker as for any other, so that none waits for the last.
-        rounds = -(-given.count // (self.workers * self.chunk))
+        looks = 1 if self.settings.times is None else self.settings.times.size
+        most = min(self.chunk, max(WIDTH, MOST_KEPT // (looks * (given.strut.grid.size + 1))))
+        rounds = -(-given.count // (self.workers * most))
         chunk = -(-given.count // (self.workers * rounds))
         pieces = [given.part(i, min(i + chunk, given.count)) for i in range(0, given.count, chunk)]
         found, done = [], 0

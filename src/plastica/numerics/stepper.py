@@ -292,7 +292,9 @@ class _Run:
                 self._fill(block, free)
             return
         left = block.width - len(free)
-        if left and 4 * _lanes(left) <= 3 * block.width:
+        # Other libraries may compile what they do for each width.
+        most = 3 * block.width if self.arrays.writable else block.width
+        if left and 4 * _lanes(left) <= most:
             self.block = block.narrowed(np.flatnonzero(block.alive), _lanes(left))
 
 
