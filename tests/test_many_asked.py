@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -101,3 +104,17 @@ def test_models_that_are_not_for_many() -> None:
         pl.solve_many(several)
     with pytest.raises(pl.errors.ArgumentError, match=r"must be a pl\.Strut"):
         pl.solve_many(pl.Rod(MATERIAL, pl.Load(thrust=1.0), pl.Grid(12), translational_inertia=0.1))
+
+
+def test_processes_that_cannot_start(tmp_path: Path) -> None:
+    """A script without its guard, whose processes would start processes, is told so."""
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "import plastica as pl\n"
+        "material = pl.Material('m**2/2', 'pos(x)**2', '0.1')\n"
+        "strut = pl.Strut(material, pl.Load(), pl.Grid(8))\n"
+        "pl.solve_many(strut, 0.1, thrust=[1.0, 2.0], until=0.1, workers=2)\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 1
+    assert "`workers` must be processes that can start" in done.stderr.splitlines()[-1]

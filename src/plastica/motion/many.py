@@ -249,10 +249,19 @@ class _Runs:
             yield from (run_part(piece, settings, self.arrays) for piece in pieces)
             return
         from concurrent.futures import ProcessPoolExecutor
+        from concurrent.futures.process import BrokenProcessPool
         from multiprocessing import get_context
 
         with _one_thread_each(), ProcessPoolExecutor(min(self.workers, len(pieces)), get_context("spawn")) as pool:
-            yield from pool.map(run_part, pieces, [settings] * len(pieces))
+            try:
+                yield from pool.map(run_part, pieces, [settings] * len(pieces))
+            except BrokenProcessPool:
+                raise ArgumentError(
+                    "must be processes that can start and stay alive, and one did not",
+                    where="workers",
+                    value=self.workers,
+                    next_step='Call from a script under `if __name__ == "__main__":`, and see that memory suffices.',
+                ) from None
 
 
 @contextmanager
