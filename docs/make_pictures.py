@@ -45,6 +45,17 @@ def entropy() -> object:
     return pl.plot(pl.thermodynamics(pl.solve(strut, curvature=0.1, until=40.0)))
 
 
+def modes() -> object:
+    """The picture of the page on modes: the strip of `plastica new --inertia`, bent by 20 N."""
+    section = {"shape": "rectangle", "width": "20 mm", "thickness": "1 mm"}
+    specimen = pl.Specimen(
+        length="300 mm", youngs_modulus="210 GPa", section=section, density="7850 kg/m**3", retardation_time="0.2 ms"
+    )
+    size = {"length": specimen.L, "stiffness": specimen.EI, "time": specimen.T}
+    material = pl.catalogue.material("never-yields", **size)
+    return pl.plot(pl.modes(pl.Rod(material, pl.Load(transverse="20 N"), pl.Grid(nodes=24), specimen)))
+
+
 def save(figure: object, name: str) -> Path:
     """Write a figure with 64 colours, which is what its lines need."""
     from PIL import Image
@@ -61,6 +72,7 @@ if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     sol = strut_held_and_released()
     figures = {"overview.png": pl.plot(sol), "shapes.png": plots.shapes(sol), "entropy.png": entropy(), **charts()}
+    figures["modes.png"] = modes()
     for name, figure in figures.items():
         made = save(figure, name)
         print(made, made.stat().st_size)
