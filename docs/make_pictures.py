@@ -20,6 +20,13 @@ def strut_held_and_released() -> pl.Solution:
     return pl.solve(strut, curvature=0.1, natural_curvature=0.1, until=150.0)
 
 
+def bent_back_and_forth() -> object:
+    """The loops of a rod that a couple at its end bends back and forth, from the page on results."""
+    couple = pl.programs.cycles(-1.0, 1.0, 40.0)
+    strut = pl.Strut(pl.catalogue.material("one-shape"), pl.Load(couple=couple), pl.Grid(nodes=8))
+    return pl.force_displacement(pl.solve(strut, until=80.0), np.linspace(0.0, 80.0, 4001))
+
+
 def strip() -> tuple[pl.Material, pl.Specimen]:
     """The strip of `plastica new`."""
     section = {"shape": "rectangle", "width": "20 mm", "thickness": "1.5 mm"}

@@ -80,14 +80,11 @@ def run(name: str) -> pl.Solution:
             0.1,
             until=6.0,
             rtol=1e-6,
-            curvature_rate="cos(pi*s/2)",
+            curvature_rate="4*cos(pi*s/2)",
         ),
         "still": lambda: pl.solve(pl.Rod(m, pl.Load(), grid, translational_inertia=1.0), until=2.0),
     }
     return makers[name]()
-
-
-EVERY = ("strut", "rod", "let go", "pieces", "pulled", "own time", "still")
 
 
 def finer(solution: pl.Solution, factor: int) -> np.ndarray:

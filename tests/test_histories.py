@@ -107,7 +107,7 @@ def check_jump() -> None:
         forces, moments = pl.force_displacement(solution), pl.moment_curvature(solution, 0.0)
         for found in (forces, moments):
             (rows,) = np.nonzero(np.diff(found["t"].values) == 0.0)
-            assert found["t"].values[rows] == [4.0]
+            assert found["t"].values[rows].tolist() == [4.0]
         row = int(rows[0])
         assert forces["transverse"].values[row : row + 2].tolist() == [0.5, 0.0]
         for variable in ("shortening", "deflection", "rotation", "sinking", "thrust"):

@@ -44,6 +44,8 @@ def test_every_axis_has_a_unit(name: str, figure: str) -> None:
         ("m", 3.0, 1.0, "m"),
         ("m", 2e-5, 1e-6, "µm"),
         ("m", 0.0, 1e-3, "mm"),
+        ("m/s", 3.0, 1.0, "m/s"),
+        ("m/s", 0.02, 1e-3, "mm/s"),
         ("s", 90.0, 1.0, "s"),
         ("s", 600.0, 60.0, "min"),
         ("s", 90000.0, 3600.0, "h"),
@@ -134,7 +136,7 @@ def check_palette(roles: tuple[str, ...], kind: str) -> None:
 
 
 TOGETHER = (
-    ("stored", "work", "viscous", "dissipation", "liapunov"),
+    ("stored", "work", "viscous", "dissipation", "liapunov", "kinetic"),
     ("rod", "natural"),
     ("drive", "threshold"),
 )

@@ -227,7 +227,7 @@ def _couple(model: Model, course: _Course, s: Array) -> Array:
         moment = along * np.sin(theta) + across * np.cos(theta)
     else:
         contact = mu - model.division.spread(model.layout.natural(course.y)) + model.damping * mu_t
-        moment = np.linalg.solve(grid.B, (contact - load["couple"]).T).T
+        moment = np.asarray(np.linalg.solve(grid.B, (contact - load["couple"]).T).T, dtype=float)
     return np.asarray(load["couple"] + moment @ (grid.w - grid.integration(s)).T)
 
 
