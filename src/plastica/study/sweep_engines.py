@@ -238,7 +238,7 @@ def _on_dask(store: Store, chunks: Sequence[int], workers: int | None, scheduler
     where = f"on the scheduler at {scheduler}" if scheduler else "on a cluster of this machine"
     try:
         if scheduler is not None:
-            with distributed.Client(scheduler, timeout=30) as client:
+            with distributed.Client(scheduler) as client:
                 yield from _submitted(client, store, chunks)
             return
         count = min(workers or available_cores(), len(chunks))

@@ -156,10 +156,10 @@ class Store:
             return np.asarray(np.asarray(self.arrays[SEAL][:]).any(axis=1))
 
     def write(self, chunk: int, columns: Columns) -> None:
-        """Write a chunk: its variables first, its seal last."""
+        """Write a chunk: its variables first, the status last of them, its seal last of all."""
         first, last = self.plan.span(chunk)
-        for variable in self.variables:
-            self.arrays[variable.name][first:last] = columns[variable.name]
+        for name in sorted(columns, key=lambda each: each == "status"):
+            self.arrays[name][first:last] = columns[name]
         self.arrays[SEAL][chunk] = np.frombuffer(digest_of(columns), dtype=np.uint8)
 
     def note(self, entry: Mapping[str, Any]) -> None:

@@ -1,0 +1,246 @@
+"""Claim: whatever process of a sweep is killed or stopped, nothing is lost and nothing is written twice.
+
+Real processes on this machine: the command line with workers of its own, and a Dask scheduler with three workers that
+were started by their own commands. Everything waits for what happens, within bounds.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import plastica as pl
+from plastica.errors import FileError
+from plastica.study import sweep_engines
+from plastica.study.sweep_store import open_store
+from tests.commandline import scenario, written
+
+PATIENCE = 240.0
+"""Seconds in which anything that is waited for must happen, on a machine that is busy."""
+
+CHUNKS = 24
+# One by one, since a couple is varied; long enough that a kill meets a chunk under way.
+TEXT = scenario(solve="until = 400.0", grid="nodes = 24") + (
+    "[sweep]\nchunk = 3\n[sweep.over]\n"
+    '"load.couple" = { from = 0.0, to = 0.2, count = 8 }\n"load.thrust" = { from = 2.0, to = 6.0, count = 9 }\n'
+)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """What the finished store holds, computed in one process without a stop."""
+    folder = tmp_path_factory.mktemp("whole")
+    return contents(pl.sweep(written(folder, TEXT), store=folder / "s.sweep", workers=0).path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    results = folder / "results.zarr"
+    return {p.relative_to(results).as_posix(): p.read_bytes() for p in sorted(results.rglob("*")) if p.is_file()}
+
+
+def logged(folder: Path) -> list[int]:
+    """Chunks written down so far."""
+    if not (folder / "log.jsonl").is_file():
+        return []
+    return [entry["chunk"] for entry in open_store(folder).log()]
+
+
+def wait(happened: Callable[[], Any], what: str, process: subprocess.Popen[bytes] | None = None) -> None:
+    """Wait until something has happened; fail if it takes too long or the process ends before."""
+    end = time.monotonic() + PATIENCE
+    while not happened():
+        assert time.monotonic() < end, f"waited too long for {what}"
+        assert process is None or process.poll() is None, f"ended before {what}: {process.returncode}"
+        time.sleep(0.02)
+
+
+@contextmanager
+def started(*command: str, folder: Path, name: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A process of its own group with its words in a file; gone afterwards, with all that it has started."""
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with (folder / f"{name}.txt").open("wb") as said:
+        process = subprocess.Popen(
+            command, cwd=folder, stdout=said, stderr=said, env=environment, start_new_session=True
+        )
+        try:
+            yield process
+        finally:
+            for number in (signal.SIGCONT, signal.SIGKILL):
+                try:
+                    os.killpg(process.pid, number)
+                except ProcessLookupError:
+                    break
+            process.wait()
+
+
+def plastica(*arguments: str) -> tuple[str, ...]:
+    return (sys.executable, "-m", "plastica", *arguments)
+
+
+def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
+    """The worker processes that a command has started."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                parent = (entry / "stat").read_text().rsplit(")", 1)[1].split()[1]
+                if int(parent) == process.pid and b"sweep_worker" in (entry / "cmdline").read_bytes():
+                    found.append(int(entry.name))
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+    return found
+
+
+def gone(number: int) -> bool:
+    """Whether a process has ended, if it is not waited for either."""
+    try:
+        return (Path("/proc") / str(number) / "stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+def check_finished(folder: Path, whole: dict[str, bytes]) -> None:
+    """Everything is there, as without a stop, and each chunk was written once."""
+    store = open_store(folder)
+    assert store.missing() == []
+    assert Counter(logged(folder)) == dict.fromkeys(range(CHUNKS), 1)
+    assert contents(folder) == whole
+
+
+def test_local_workers_and_commands_may_be_killed(whole: dict[str, bytes], tmp_path: Path) -> None:
+    written(tmp_path, TEXT)
+    store, command = tmp_path / "s.sweep", plastica("sweep", "strut.toml", "--store", "s.sweep", "--workers", "2")
+    # A worker is killed: another takes its place.
+    with started(*command, folder=tmp_path, name="first") as first:
+        wait(lambda: len(logged(store)) >= 3, "the first chunks", first)
+        victim, *_ = workers_of(first)
+        os.kill(victim, signal.SIGKILL)
+        there = len(logged(store))
+        wait(lambda: len(logged(store)) >= there + 4, "chunks after a worker was killed", first)
+        # The command itself is killed: its workers end with it.
+        left = workers_of(first)
+        assert victim not in left
+        first.kill()
+        first.wait()
+        wait(lambda: all(gone(number) for number in left), "the end of the workers")
+    done = logged(store)
+    assert len(done) < CHUNKS
+    assert max(Counter(done).values()) == 1
+    # Ctrl-C: exit code 130, with what to do next.
+    with started(*command, folder=tmp_path, name="second") as second:
+        wait(lambda: len(logged(store)) >= len(done) + 3, "chunks of the second command", second)
+        left = workers_of(second)
+        os.killpg(second.pid, signal.SIGINT)
+        assert second.wait(PATIENCE) == 130
+        wait(lambda: all(gone(number) for number in left), "the end of the workers")
+    said = (tmp_path / "second.txt").read_text()
+    assert "interrupted; what is done is kept" in said
+    assert "Traceback" not in said
+    with started(*command, folder=tmp_path, name="third") as third:
+        assert third.wait(PATIENCE) == 0
+    assert f"{3 * CHUNKS} done" in (tmp_path / "third.txt").read_text()
+    check_finished(store, whole)
+
+
+def check_hopeless_chunk(folder: Path) -> None:
+    """A chunk that ends its worker every time ends the sweep with a sentence; what is done is kept."""
+    file = written(folder, TEXT)
+    code = (
+        "import os, sys\nfrom plastica.study import sweep_tasks, sweep_worker\n"
+        "sound = sweep_tasks.compute\n"
+        "def compute(plan, values):\n    if values[0, 0] > 0.1: os._exit(9)\n    return sound(plan, values)\n"
+        "sweep_tasks.compute = compute\nsweep_worker._as_process()\n"
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        sound = subprocess.Popen
+
+        def popen(command: list[str], **options: Any) -> Any:
+            return sound([sys.executable, "-c", code, command[-1]], **options)
+
+        patch.setattr(sweep_engines.subprocess, "Popen", popen)
+        with pytest.raises(FileError, match=r"a worker process has ended 3 times at chunk 12 \(exit code 9\)"):
+            pl.sweep(file, store=folder / "s.sweep", workers=1)
+    assert sorted(logged(folder / "s.sweep")) == list(range(12))
+
+
+def test_a_chunk_that_kills_its_workers(tmp_path: Path) -> None:
+    check_hopeless_chunk(tmp_path)
+
+
+def dask(tool: str, *arguments: str) -> tuple[str, ...]:
+    return (sys.executable, "-m", "distributed.cli." + tool, *arguments)
+
+
+def test_a_cluster_whose_parts_are_killed_stopped_and_restarted(whole: dict[str, bytes], tmp_path: Path) -> None:
+    written(tmp_path, TEXT)
+    store, address = tmp_path / "s.sweep", tmp_path / "scheduler.json"
+    serve = dask(
+        "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(address)
+    )
+    work = dask(
+        "dask_worker", "--scheduler-file", str(address), "--nworkers", "1", "--nthreads", "1", "--no-nanny",
+        "--no-dashboard", "--local-directory", str(tmp_path),
+    )  # fmt: skip
+    with (
+        started(*serve, folder=tmp_path, name="scheduler") as scheduler,
+        started(*work, folder=tmp_path, name="one") as one,
+        started(*work, folder=tmp_path, name="two") as two,
+        started(*work, folder=tmp_path, name="three") as three,
+    ):
+        wait(address.is_file, "the scheduler", scheduler)
+        for number in ("one", "two", "three"):
+            said = tmp_path / f"{number}.txt"
+            wait(lambda said=said: b"Registered to" in said.read_bytes(), f"worker {number}", scheduler)
+        where = address_in(address)
+        command = plastica("sweep", "strut.toml", "--store", "s.sweep", "--engine", "dask", "--scheduler", where)
+        with started(*command, folder=tmp_path, name="client") as client:
+            wait(lambda: len(logged(store)) >= 4, "the first chunks", client)
+            one.kill()
+            os.kill(two.pid, signal.SIGSTOP)
+            there = len(logged(store))
+            wait(lambda: len(logged(store)) >= there + 4, "chunks of the worker that is left", client)
+            os.kill(two.pid, signal.SIGCONT)
+            there = len(logged(store))
+            wait(lambda: len(logged(store)) >= there + 3, "chunks of both workers", client)
+            client.kill()
+        # Chunks that are under way are finished even so.
+        time.sleep(2.0)
+        done = logged(store)
+        assert len(done) < CHUNKS
+        with started(*command, folder=tmp_path, name="again") as again:
+            assert again.wait(PATIENCE) == 0, (tmp_path / "again.txt").read_text()
+        assert three.poll() is None
+    processes = {entry["process"] for entry in open_store(store).log()}
+    assert processes <= {one.pid, two.pid, three.pid}
+    assert two.pid in processes
+    check_finished(store, whole)
+
+
+def address_in(file: Path) -> str:
+    """The address of a scheduler, from the file that it writes."""
+    return str(json.loads(file.read_text())["address"])
+
+
+def test_a_scheduler_that_is_not_there(tmp_path: Path) -> None:
+    written(tmp_path, TEXT)
+    command = plastica(
+        "sweep", "strut.toml", "--store", "s.sweep", "--engine", "dask", "--scheduler", "tcp://127.0.0.1:9"
+    )
+    environment = {**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s"}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert done.returncode == 1
+    assert "cannot be computed on the scheduler at tcp://127.0.0.1:9" in done.stderr
+    assert "Traceback" not in done.stderr

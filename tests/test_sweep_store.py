@@ -1,0 +1,308 @@
+"""Claim: a finished sweep is the same to the bit however it came about; what is not done is never taken for done."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plastica as pl
+from plastica.errors import FileError
+from plastica.study import sweep_engines
+from plastica.study.sweep import compute_missing
+from plastica.study.sweep_store import Store, digest_of, open_store
+from tests.commandline import call, scenario, written
+
+OVER = {"load.thrust": {"from": 0.5, "to": 4.0, "count": 12}}
+CHUNK = 3
+CHUNKS = 4
+
+
+def made(folder: Path, name: str = "s.sweep", **options: Any) -> pl.Sweep:
+    return pl.sweep(scenario(), OVER, store=folder / name, chunk=CHUNK, **{"workers": 0, **options})
+
+
+def contents(found: pl.Sweep) -> dict[str, bytes]:
+    """Every file of the results."""
+    return {
+        path.relative_to(found.results).as_posix(): path.read_bytes()
+        for path in sorted(found.results.rglob("*"))
+        if path.is_file()
+    }
+
+
+def counted(found: pl.Sweep) -> Counter[int]:
+    """How often each chunk was computed and written down."""
+    return Counter(entry["chunk"] for entry in found.store.log())
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> pl.Sweep:
+    return made(tmp_path_factory.mktemp("whole"))
+
+
+def copied(found: pl.Sweep, folder: Path) -> pl.Sweep:
+    return pl.read_sweep(shutil.copytree(found.path, folder / "copy.sweep"))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_processes_write_what_this_one_writes(workers: int, whole: pl.Sweep, tmp_path: Path) -> None:
+    found = made(tmp_path, workers=workers)
+    assert contents(found) == contents(whole)
+    assert counted(found) == dict.fromkeys(range(CHUNKS), 1)
+    assert len({entry["process"] for entry in found.store.log()}) <= workers
+
+
+def check_damage_is_mended(found: pl.Sweep, spoil: Any, chunks: set[int]) -> None:
+    """After some chunks were spoiled, exactly these are computed again, and the store is as it was."""
+    before = contents(found)
+    spoil(found.results)
+    assert contents(found) != before
+    store = open_store(found.path)
+    assert set(store.missing()) == chunks
+    compute_missing(store, workers=0)
+    assert contents(found) == before
+    assert counted(found) == {chunk: 1 + (chunk in chunks) for chunk in range(CHUNKS)}
+
+
+def _remove(*names: str) -> Any:
+    def spoil(results: Path) -> None:
+        for name in names:
+            (results / name).unlink()
+
+    return spoil
+
+
+def _replace(name: str, change: Any) -> Any:
+    def spoil(results: Path) -> None:
+        path = results / name
+        path.write_bytes(change(path.read_bytes()))
+
+    return spoil
+
+
+def _flip(raw: bytes) -> bytes:
+    return raw[: len(raw) // 2] + bytes([raw[len(raw) // 2] ^ 4]) + raw[len(raw) // 2 + 1 :]
+
+
+DAMAGE: dict[str, tuple[Any, set[int]]] = {
+    "a variable is missing": (_remove("tip_y/c/1"), {1}),
+    "a seal is missing": (_remove("seal/c/2/0"), {2}),
+    "several are missing": (_remove("tip_y/c/0", "drive/c/3", "seal/c/3/0"), {0, 3}),
+    "a variable is empty": (_replace("tip_x/c/2", lambda _: b""), {2}),
+    "a variable is cut short": (_replace("tip_x/c/2", lambda raw: raw[:-5]), {2}),
+    "a bit is turned": (_replace("liapunov/c/0", _flip), {0}),
+    "a bit of a seal is turned": (_replace("seal/c/0/0", _flip), {0}),
+    "the chunk is another's": (lambda results: shutil.copy(results / "tip_y/c/0", results / "tip_y/c/1") and None, {1}),
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_damage_is_seen_and_mended(kind: str, whole: pl.Sweep, tmp_path: Path) -> None:
+    check_damage_is_mended(copied(whole, tmp_path), *DAMAGE[kind])
+
+
+def check_interrupted_anywhere(folder: Path, whole: pl.Sweep) -> None:
+    """Whatever write is the last before the end, the same call finishes the sweep, computing only what is missing."""
+    writes = 1 + len(whole.store.variables)
+    for last in range(0, CHUNKS * writes, 5):
+        name = f"{last}.sweep"
+        with pytest.MonkeyPatch.context() as patch:
+            _die_at(patch, last)
+            with contextlib.suppress(KeyboardInterrupt):
+                made(folder, name)
+        part = pl.read_sweep(folder / name)
+        done = last // writes
+        # A seal is the last write of its chunk: until it is there, the chunk does not count as done.
+        assert part.store.missing() == list(range(done, CHUNKS)), last
+        # The status is the last of the variables: where it is told, all else can be read.
+        assert part.done == CHUNK * ((last + 1) // writes), last
+        data = part.dataset
+        assert np.isfinite(data.tip_y.values[data.status.values == "done"]).all()
+        found = made(folder, name)
+        assert contents(found) == contents(whole)
+        assert counted(found) == dict.fromkeys(range(CHUNKS), 1)
+
+
+def _die_at(patch: pytest.MonkeyPatch, last: int) -> None:
+    """Interrupt at the write after so many."""
+    import zarr
+
+    sound, count = zarr.Array.__setitem__, [0]
+    began = [False]
+    run = Store.write
+
+    def write(self: Store, chunk: int, columns: Any) -> None:
+        began[0] = True
+        run(self, chunk, columns)
+
+    def spoiled(self: Any, place: Any, value: Any) -> None:
+        if began[0]:
+            if count[0] == last:
+                raise KeyboardInterrupt
+            count[0] += 1
+        sound(self, place, value)
+
+    patch.setattr(Store, "write", write)
+    patch.setattr(zarr.Array, "__setitem__", spoiled)
+
+
+def test_interrupted_at_any_write(whole: pl.Sweep, tmp_path: Path) -> None:
+    check_interrupted_anywhere(tmp_path, whole)
+
+
+def test_what_killed_writers_leave_is_removed(whole: pl.Sweep, tmp_path: Path) -> None:
+    found = copied(whole, tmp_path)
+    (found.results / "tip_y" / "c" / "1.0123456789abcdef.partial").write_bytes(b"half")
+    compute_missing(open_store(found.path), workers=0)
+    assert contents(found) == contents(whole)
+
+
+def test_partial_results_are_readable(whole: pl.Sweep, tmp_path: Path) -> None:
+    found = copied(whole, tmp_path)
+    for name in ("seal/c/1/0", "tip_y/c/1", "status/c/1", "regime/c/1", "natural_curvature/c/1"):
+        (found.results / name).unlink()
+    part = pl.read_sweep(found.path)
+    assert (part.done, part.complete) == (9, False)
+    assert part.counts == {"done": 9, "pending": 3}
+    data = part.to_dataset(["tip_y", "status", "regime"])
+    assert np.isnan(data.tip_y.values[3:6]).all()
+    assert np.isfinite(np.delete(data.tip_y.values, slice(3, 6))).all()
+    assert set(data.status.values[3:6]) == {"pending"}
+    assert data["load.thrust"].values.tolist() == whole.dataset["load.thrust"].values.tolist()
+    assert len(part.interesting(2)) == 2
+    pl.plot(part)
+
+
+def test_another_sweep_is_not_mixed_in(whole: pl.Sweep, tmp_path: Path) -> None:
+    found = copied(whole, tmp_path)
+    before = contents(found)
+    for text, over in ((scenario(load="thrust = 2.5"), OVER), (scenario(), {"load.thrust": [1.0]})):
+        with pytest.raises(FileError, match="holds another sweep"):
+            pl.sweep(text, over, store=found.path, chunk=CHUNK, workers=0)
+    with pytest.raises(FileError, match="holds another sweep"):
+        pl.sweep(scenario(), OVER, store=found.path, workers=0)
+    assert contents(found) == before
+
+
+def test_an_input_file_that_has_changed_makes_another_sweep(tmp_path: Path) -> None:
+    points = "\n".join(f"{i / 20}, {0.1 * i / 20}" for i in range(21))
+    (tmp_path / "shape.csv").write_text(points)
+    file = written(tmp_path, scenario(initial='curvature = { csv = "shape.csv" }'))
+    found = pl.sweep(file, {"initial.amplitude": [1.0, 2.0]}, store=tmp_path / "s.sweep", workers=1)
+    assert found.complete
+    (tmp_path / "shape.csv").write_text(points + " ")
+    with pytest.raises(FileError, match="holds another sweep"):
+        pl.sweep(file, {"initial.amplitude": [1.0, 2.0]}, store=tmp_path / "s.sweep", workers=0)
+    # The store has what its members read: it needs nothing beside it.
+    (tmp_path / "shape.csv").unlink()
+    assert pl.read_sweep(tmp_path / "s.sweep").solve(1).status.ok
+
+
+def test_other_versions_do_not_go_on_with_a_sweep(whole: pl.Sweep, tmp_path: Path) -> None:
+    found = copied(whole, tmp_path)
+    (found.results / "seal" / "c" / "0" / "0").unlink()
+    told = json.loads((found.path / "sweep.json").read_text())
+    told["versions"]["numpy"] = "1.0"
+    (found.path / "sweep.json").write_text(json.dumps(told))
+    answer = call("sweep", found.path, folder=tmp_path)
+    assert answer.code == 2
+    assert "must be computed with plastica" in answer.err
+    answers = sweep_engines.computed(open_store(found.path), [0], "local", 1, None)
+    with pytest.raises(FileError, match="must be computed with"):
+        list(answers)
+
+
+@pytest.mark.parametrize("what", ["a file", "an empty folder", "another folder"])
+def test_what_is_no_sweep_is_left_alone(what: str, tmp_path: Path) -> None:
+    target = tmp_path / "s.sweep"
+    if what == "a file":
+        target.write_text("mine")
+    else:
+        target.mkdir()
+        if what == "another folder":
+            (target / "notes.txt").write_text("mine")
+    with pytest.raises(FileError, match="is no folder of a sweep"):
+        made(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["s.sweep"]
+
+
+HOSTILE: dict[str, Any] = {
+    "no JSON": lambda path: (path / "sweep.json").write_text("{"),
+    "another JSON": lambda path: (path / "sweep.json").write_text("[1]"),
+    "a later version": lambda path: _changed(path, schema=9),
+    "no scenario": lambda path: (path / "scenario.toml").unlink(),
+    "another scenario": lambda path: (path / "scenario.toml").write_text("units = 3"),
+    "other members": lambda path: _changed(path, sweep={"over": {"load.thrust": [1.0, 2.0]}}),
+    "other outputs": lambda path: _changed(path, sweep={"over": OVER, "outputs": ["limit"]}),
+    "another chunk": lambda path: _changed(path, chunk=4),
+    "no results": lambda path: shutil.rmtree(path / "results.zarr"),
+    "a variable is gone": lambda path: shutil.rmtree(path / "results.zarr" / "tip_y"),
+    "a huge array": lambda path: _metadata(path, shape=[10**15]),
+    "another type": lambda path: _metadata(path, data_type="float32"),
+    "huge chunks": lambda path: _metadata(
+        path, chunk_grid={"name": "regular", "configuration": {"chunk_shape": [10**12]}}
+    ),
+    "an unknown codec": lambda path: _metadata(path, codecs=[{"name": "python", "configuration": {}}]),
+    "metadata is no JSON": lambda path: (path / "results.zarr" / "tip_y" / "zarr.json").write_text("{"),
+}
+
+
+def _changed(path: Path, **entries: Any) -> None:
+    told = json.loads((path / "sweep.json").read_text())
+    (path / "sweep.json").write_text(json.dumps({**told, **entries}))
+
+
+def _metadata(path: Path, **entries: Any) -> None:
+    file = path / "results.zarr" / "tip_y" / "zarr.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **entries}))
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_stores_that_cannot_be_used_are_refused(kind: str, whole: pl.Sweep, tmp_path: Path) -> None:
+    found = copied(whole, tmp_path)
+    HOSTILE[kind](found.path)
+    with pytest.raises(FileError) as refused:
+        pl.read_sweep(found.path)
+    said = {"a later version": "later plastica", "no scenario": "scenario.toml` does not exist"}
+    assert said.get(kind, "is damaged") in str(refused.value)
+    answer = call("sweep", found.path, "--status", folder=tmp_path)
+    assert answer.code == 2
+    assert "Traceback" not in answer.err
+
+
+def test_values_that_were_damaged_are_refused(whole: pl.Sweep, tmp_path: Path) -> None:
+    """What the members take is checked as it is read: a wrong value would be a wrong member."""
+    found = copied(whole, tmp_path)
+    path = found.results / "load.thrust" / "c" / "1"
+    path.write_bytes(_flip(path.read_bytes()))
+    with pytest.raises(FileError, match="is damaged"):
+        pl.read_sweep(found.path).store.values(3, 6)
+
+
+def test_a_store_that_would_not_fit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from plastica.study import sweep_create
+
+    monkeypatch.setattr(sweep_create, "bytes_of", lambda _: 10**18)
+    with pytest.raises(FileError, match="would take up to 1e\\+09 GB, and only"):
+        made(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_digest_tells_names_types_shapes_and_values() -> None:
+    column = np.arange(6.0)
+    base = {"a": column, "b": column}
+    others = [
+        {"a": column, "c": column},
+        {"a": column.astype("<f4"), "b": column},
+        {"a": column.reshape(2, 3), "b": column},
+        {"a": np.nextafter(column, 9.0), "b": column},
+    ]
+    assert digest_of(dict(reversed(base.items()))) == digest_of(base)
+    assert len({digest_of(each) for each in (base, *others)}) == 5

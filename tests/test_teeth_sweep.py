@@ -1,0 +1,203 @@
+"""Claim: the checks of sweeps catch the defects that are planted for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plastica as pl
+from plastica.show import regimes
+from plastica.study import sweep_batch, sweep_engines, sweep_interest, sweep_members, sweep_store, sweep_tasks
+from plastica.study.sweep_store import Store
+from tests import test_sweep, test_sweep_crash, test_sweep_doors, test_sweep_members, test_sweep_store
+from tests.commandline import written
+from tests.defects import Patch, replacing
+from tests.swept import REGIME_SWEEP, plan
+from tests.test_teeth import CAUGHT
+
+Check = Callable[[Path], None]
+
+
+def regime_sweep(folder: Path) -> pl.Sweep:
+    return pl.sweep(written(folder, REGIME_SWEEP), store=folder / "s.sweep", workers=0)
+
+
+def damaged(kind: str) -> Check:
+    return lambda folder: test_sweep_store.check_damage_is_mended(
+        test_sweep_store.made(folder), *test_sweep_store.DAMAGE[kind]
+    )
+
+
+def interrupted(folder: Path) -> None:
+    test_sweep_store.check_interrupted_anywhere(folder, test_sweep_store.made(folder, "whole.sweep"))
+
+
+def independent(_: Path) -> None:
+    over = {"load.thrust": {"from": 0.5, "to": 6.0, "count": 4}}
+    test_sweep.check_nothing_depends_on_the_chunk(plan(over))
+
+
+def latin(_: Path) -> None:
+    members = sweep_members.members_of(test_sweep_members.LATIN, "latin-hypercube", 40, 7)
+    test_sweep_members.check_latin(members)
+
+
+CHECKS: dict[str, Check] = {
+    "a missing variable is mended": damaged("a variable is missing"),
+    "a turned bit is mended": damaged("a bit is turned"),
+    "another's chunk is mended": damaged("the chunk is another's"),
+    "a missing seal is mended": damaged("a seal is missing"),
+    "interrupted anywhere": interrupted,
+    "a hopeless chunk is told": test_sweep_crash.check_hopeless_chunk,
+    "members do not touch one another": independent,
+    "members are as they are alone": lambda _: test_sweep.check_members_alone("thrust and material"),
+    "amplitudes are as they are alone": lambda _: test_sweep.check_members_alone("amplitude of a shape"),
+    "a set to come is a set": lambda _: test_sweep.check_members_alone("a set that is yet to come"),
+    "a Latin hypercube is one": latin,
+    "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
+    "the map is of the members": lambda folder: test_sweep_doors.check_map(regime_sweep(folder)),
+}
+
+
+def poisoned(sound: Any) -> Any:
+    """Each member takes a little of the one beside it."""
+
+    def compute(made: Any, values: Any) -> Any:
+        columns = sound(made, values)
+        columns["tip_y"] = columns["tip_y"] + 1e-15 * np.roll(columns["tip_y"], 1)
+        return columns
+
+    return compute
+
+
+def seal_first(self: Store, chunk: int, columns: Any) -> None:
+    first, last = self.plan.span(chunk)
+    self.arrays["seal"][chunk] = np.frombuffer(sweep_store.digest_of(columns), dtype=np.uint8)
+    for name in columns:
+        self.arrays[name][first:last] = columns[name]
+
+
+def status_first(self: Store, chunk: int, columns: Any) -> None:
+    first, last = self.plan.span(chunk)
+    for name in sorted(columns, key=lambda each: each != "status"):
+        self.arrays[name][first:last] = columns[name]
+    self.arrays["seal"][chunk] = np.frombuffer(sweep_store.digest_of(columns), dtype=np.uint8)
+
+
+def no_chunk_given_back(sound: Any) -> Any:
+    """The chunk of a worker that has died is given to nobody."""
+
+    def mourn(self: Any, hand: Any) -> None:
+        hand.chunk = None
+        sound(self, hand)
+        self.tries.clear()
+
+    return mourn
+
+
+def moved_only(sound: Any) -> Any:
+    """What has not moved yet counts as sprung back."""
+    return lambda moved, drive, relaxed, threshold: sound(moved, 0.0 * drive, 0.0 * relaxed, threshold)
+
+
+def spoil_existence(patch: Patch) -> None:
+    patch.setattr(Store, "is_done", lambda self, chunk: bool(np.asarray(self.arrays["seal"][chunk]).any()))
+
+
+def spoil_digest(patch: Patch) -> None:
+    patch.setattr(sweep_store, "digest_of", lambda columns: b"0123456789abcdef" * 2)
+
+
+def spoil_forgetting(patch: Patch) -> None:
+    sound = Store.missing
+    patch.setattr(Store, "missing", lambda self: sound(self)[:-1])
+
+
+def spoil_zeal(patch: Patch) -> None:
+    """Everything is computed again, whether it is there or not."""
+    patch.setattr(Store, "is_done", lambda self, chunk: False)
+
+
+def shuffled_shares(patch: Patch) -> None:
+    """Drawn independently: a random sample in place of a Latin hypercube."""
+    sound = sweep_members.Members._drawing
+    patch.setattr(
+        sweep_members.Members,
+        "_drawing",
+        lambda self: sound(replace(self, sampling="random")) if self.sampling == "latin-hypercube" else sound(self),
+    )
+
+
+DEFECTS: dict[str, Callable[[Patch], None]] = {
+    "existence taken for content": spoil_existence,
+    "a digest of nothing": spoil_digest,
+    "a store that forgets a chunk": spoil_forgetting,
+    "a store that computes everything again": spoil_zeal,
+    "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
+    "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
+    "a dead worker's chunk given to nobody": replacing(sweep_engines._Crew, "_mourn", no_chunk_given_back),
+    "a member that poisons its neighbours": replacing(sweep_tasks, "compute_together", poisoned),
+    "members in another order": replacing(
+        sweep_tasks, "compute_together", lambda sound: lambda made, v: sound(made, v[::-1])
+    ),
+    "the amplitude left out": replacing(
+        sweep_batch,
+        "_start",
+        lambda sound: lambda made, c: sound(made, {k: v for k, v in c.items() if k != "initial.amplitude"}),
+    ),
+    "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
+    "a random sample for a Latin hypercube": shuffled_shares,
+    "any members for neighbours": replacing(
+        sweep_interest,
+        "_neighbours",
+        lambda sound: lambda store, count: ((b, np.roll(a, 7)) for a, b in sound(store, count)),
+    ),
+    "the map turned about": replacing(
+        regimes, "_map", lambda sound: lambda ax, sweep, codes, i, j: sound(ax, sweep, codes[::-1], i, j)
+    ),
+}
+
+TEETH = [
+    ("a missing variable is mended", "existence taken for content"),
+    ("a missing variable is mended", "a store that forgets a chunk"),
+    ("a missing variable is mended", "a store that computes everything again"),
+    ("a turned bit is mended", "existence taken for content"),
+    ("another's chunk is mended", "a digest of nothing"),
+    ("another's chunk is mended", "existence taken for content"),
+    ("a missing seal is mended", "a store that forgets a chunk"),
+    ("interrupted anywhere", "a store that forgets a chunk"),
+    ("interrupted anywhere", "the seal written first"),
+    ("interrupted anywhere", "the status written first"),
+    ("interrupted anywhere", "a store that computes everything again"),
+    ("a hopeless chunk is told", "a dead worker's chunk given to nobody"),
+    ("members do not touch one another", "a member that poisons its neighbours"),
+    ("members are as they are alone", "members in another order"),
+    ("amplitudes are as they are alone", "the amplitude left out"),
+    ("a set to come is a set", "only what has moved keeps a set"),
+    ("a Latin hypercube is one", "a random sample for a Latin hypercube"),
+    ("boundaries are boundaries", "any members for neighbours"),
+    ("the map is of the members", "the map turned about"),
+]
+"""Which check catches which defect."""
+
+
+@pytest.mark.parametrize("claim", CHECKS)
+def test_passes_without_a_defect(claim: str, tmp_path: Path) -> None:
+    CHECKS[claim](tmp_path)
+
+
+@pytest.mark.parametrize(("claim", "defect"), TEETH)
+def test_catches(claim: str, defect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    DEFECTS[defect](monkeypatch)
+    with pytest.raises(CAUGHT):
+        CHECKS[claim](tmp_path)
+
+
+def test_every_defect_is_caught_by_some_check() -> None:
+    assert {defect for _, defect in TEETH} == set(DEFECTS)
+    assert {claim for claim, _ in TEETH} == set(CHECKS)
