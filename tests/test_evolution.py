@@ -37,7 +37,7 @@ def test_nodes_chosen_automatically(case: dict[str, Any]) -> None:
     check_motion(case, 1e-8, 1e-6, nodes="auto")
 
 
-@pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF"])
+@pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "Gauss"])
 @pytest.mark.parametrize("case", [CASES[0], CASES[11], CASES[18]])
 def test_every_method(case: dict[str, Any], method: str) -> None:
     check_motion(case, 1e-8, 1e-6, method=method)

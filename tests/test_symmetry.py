@@ -29,7 +29,7 @@ def check_mirror(strut: pl.Strut, shape: str, natural: float, **options: object)
     assert [(e.t, e.kind, e.direction) for e in one.events] == [(e.t, e.kind, -e.direction) for e in other.events]
 
 
-@pytest.mark.parametrize("method", ["LSODA", "DOP853", "Radau", "BDF"])
+@pytest.mark.parametrize("method", ["LSODA", "DOP853", "Radau", "BDF", "Gauss"])
 @pytest.mark.parametrize("name", ["A", "B"])
 def test_every_method(name: str, method: str) -> None:
     strut = pl.Strut(pair(name), LOADS[0], pl.Grid(nodes=12))

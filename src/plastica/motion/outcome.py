@@ -37,6 +37,7 @@ REFERENCES = (
     "On evolving natural curvature for an inextensible, unshearable, viscoelastic rod",
     "A. C. Hindmarsh, ODEPACK, a systematized collection of ODE solvers, in Scientific Computing, 1983 (LSODA)",
     "E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential Equations I and II (DOP853, Radau)",
+    "E. Hairer, C. Lubich and G. Wanner, Geometric Numerical Integration, 2nd ed., 2006 (Gauss)",
     "L. F. Shampine and M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18, 1997 (BDF)",
 )
 

@@ -93,8 +93,9 @@ def solve(
         Absolute tolerance on the curvatures, in their units. By default 1e-3 rtol times the initial amplitude
         (at most times one), so that a start from 1e-6 comes out right.
     method : str
-        "LSODA", "DOP853", "Radau", "BDF", or "auto", the fastest at equal error of those that never failed in the cases
-        measured: LSODA for a strut, BDF for a rod with inertia, Radau for one without damping.
+        SciPy's "LSODA", "DOP853", "Radau" or "BDF"; "Gauss", collocation in time that conserves energy; or "auto", the
+        fastest at equal error of those that never failed in the cases measured: LSODA for a strut, BDF for a rod with
+        inertia, Gauss for one with little or no damping.
     times : sequence of float, optional
         Times of the dataset, increasing; by default the accepted steps.
     curvature_rate : number, text in s, function, Shape or nodal values

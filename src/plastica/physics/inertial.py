@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
 from plastica.errors import ArgumentError
+from plastica.numerics.gauss import Watch
 from plastica.physics.model import Model
 from plastica.physics.natural import natural_law
 from plastica.physics.rod import Rod
 
-__all__ = ["inertial_jacobian", "inertial_rate", "inertial_unrest"]
+__all__ = ["inertial_jacobian", "inertial_rate", "inertial_unrest", "watch_on"]
 
 Array = NDArray[np.float64]
 Moment = Callable[[float, Array], Array]
@@ -169,3 +170,31 @@ def inertial_unrest(model: Model, moment: Moment) -> Callable[[float, Array], fl
         return max(*norms, float(np.abs(mu_nat_t).max()))
 
     return unrest
+
+
+def watch_on(model: Model) -> Callable[[Array], Watch]:
+    """Return what steps are judged by: the slower half of the straight rod's modes, natural curvatures, the ledger.
+
+    The faster half are vibrations of the grid, not of the rod: their frequencies are wrong by a factor, and to follow
+    them in time would cost a thousand times as much as the rod itself. A method that conserves energy leaves them be.
+    """
+    rod, _ = _constants(model)
+    layout, w = rod.layout, rod.grid.w
+    n, natural, sheet = layout.nodes, layout.natural_columns, layout.ledger_columns
+    mass = w[:, None] * rod.mass(np.zeros(n))
+    root = np.sqrt(w)
+    scaled = 0.5 * (mass + mass.T) / np.multiply.outer(root, root)
+    _, vectors = np.linalg.eigh(scaled)
+    kept = max(1, (n + 1) // 2)
+    # Largest first: the inverse squares of the lowest frequencies.
+    modes = (root[:, None] * vectors[:, ::-1][:, :kept]).T
+    matrix = np.zeros((kept + sheet.stop - n, layout.size))
+    matrix[:kept, :n] = modes
+    matrix[kept:, n : sheet.stop] = np.eye(sheet.stop - n)
+    moving = slice(kept, kept + natural.stop - natural.start)
+    groups = (slice(0, kept), moving, slice(moving.stop, matrix.shape[0]))
+
+    def watch(atol: Array) -> Watch:
+        return Watch(matrix, groups, np.concatenate([atol[:kept], atol[n : sheet.stop]]))
+
+    return watch

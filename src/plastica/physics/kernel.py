@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.numerics.gauss import Watch
 from plastica.physics.model import Model
 from plastica.physics.natural import Excess, Yields, natural_law, yielding
 
@@ -38,6 +39,8 @@ class Kernel:
     unrest : callable
         Norm of what moves at (t, y): rates of curvature and natural curvature, and with inertia the imbalance of
         moments too, since a rod that swings stands still at its turning points.
+    watch : callable
+        What the error of a step of `numerics.gauss` is measured in, for absolute tolerances of the state's components.
     """
 
     rate: Rate
@@ -45,6 +48,7 @@ class Kernel:
     excess: Excess
     yields: Yields
     unrest: Callable[[float, Array], float]
+    watch: Callable[[Array], Watch]
 
 
 def kernel(model: Model, start: float, end: float) -> Kernel:
@@ -52,12 +56,12 @@ def kernel(model: Model, start: float, end: float) -> Kernel:
     moment, slope = load_moment(model, start, end)
     excess, yields = yielding(model)
     if model.has_inertia:
-        from plastica.physics.inertial import inertial_jacobian, inertial_rate, inertial_unrest
+        from plastica.physics import inertial
 
-        rate = inertial_rate(model, moment)
-        return Kernel(rate, inertial_jacobian(model, moment, slope), excess, yields, inertial_unrest(model, moment))
+        rate, jacobian = inertial.inertial_rate(model, moment), inertial.inertial_jacobian(model, moment, slope)
+        return Kernel(rate, jacobian, excess, yields, inertial.inertial_unrest(model, moment), inertial.watch_on(model))
     rate = _uniform_rate(model, moment) if model.segments == 1 else _rate(model, moment)
-    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate))
+    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate), Watch.everything)
 
 
 def load_moment(model: Model, start: float, end: float) -> tuple[Moment, Moment]:

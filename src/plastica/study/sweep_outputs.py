@@ -42,7 +42,7 @@ STATUSES: Final = (
 
 FAILED: Final = frozenset({"step_limit", "solver_failed", "not_finite", "never_settled", "refused"})
 
-METHODS: Final = ("DOP853", "LSODA", "Radau", "BDF", "none")
+METHODS: Final = ("DOP853", "LSODA", "Radau", "BDF", "Gauss", "none")
 
 REGIMES: Final = ("recovers", "buckles", "permanent set", "buckles with permanent set", "untold")
 """What becomes of a rod: it springs back or keeps a set once let go, and is buckled or not as long as it is pushed."""

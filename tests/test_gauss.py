@@ -1,0 +1,139 @@
+"""Claim: Gauss collocation in time keeps its tolerance between steps too, its order, and the energy of what is fast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+from plastica.numerics import gauss
+from plastica.numerics.gauss import Gauss, Tableau, Watch, tableau
+
+Array = np.ndarray
+AMPLITUDE = 2.0
+
+
+def pendulum(_t: float, y: Array) -> Array:
+    return np.array([y[1], -np.sin(y[0])])
+
+
+def pendulum_jacobian(_t: float, y: Array) -> Array:
+    return np.array([[0.0, 1.0], [-np.cos(y[0]), 0.0]])
+
+
+def exact(t: Array) -> Array:
+    """Angle of a pendulum let go at AMPLITUDE, sin(theta/2) = k cd(t, k)."""
+    k = np.sin(0.5 * AMPLITUDE)
+    sn, _, _, _ = ellipj(t + ellipk(k**2), k**2)
+    return np.asarray(2.0 * np.arcsin(k * sn))
+
+
+def swung(rtol: float, until: float = 20.0) -> tuple[float, float, int]:
+    """Largest error of the angle over the whole time, drift of the energy at the end, and steps."""
+    solver = Gauss(
+        pendulum,
+        0.0,
+        np.array([AMPLITUDE, 0.0]),
+        until,
+        jac=pendulum_jacobian,
+        rtol=rtol,
+        watch=Watch.everything(np.full(2, rtol)),
+    )
+    worst, steps = 0.0, 0
+    while solver.status == "running":
+        solver.step()
+        steps += 1
+        t = np.linspace(solver.t_old, solver.t, 23)
+        worst = max(worst, float(np.abs(solver.dense_output()(t)[0] - exact(t)).max()))
+    assert solver.status == "finished"
+    angle, speed = solver.y
+    return worst, abs(0.5 * speed**2 - np.cos(angle) + np.cos(AMPLITUDE)), steps
+
+
+def check_tolerance() -> None:
+    """Between steps too the error is some tolerances, over three periods; and the tolerance is not wasted."""
+    for rtol in (1e-5, 1e-7, 1e-9):
+        error, drift, steps = swung(rtol)
+        assert error <= 60.0 * rtol, (rtol, error)
+        assert drift <= 60.0 * rtol, (rtol, drift)
+        assert steps <= 12.0 * rtol ** (-1.0 / 6.0), (rtol, steps)
+
+
+def check_order() -> None:
+    """A tenth of the tolerance takes 10^(1/6) as many steps: the polynomial of five stages has an error h^6."""
+    counts = [swung(rtol)[2] for rtol in (1e-7, 1e-11)]
+    order = 4.0 / np.log10(max(counts[1] / counts[0], 1.001))
+    assert 5.0 <= order <= 7.0, counts
+
+
+def check_energy() -> None:
+    """A vibration a thousand times faster than the steps, and not watched, keeps its amplitude to rounding."""
+    fast = 1e4
+    matrix = np.array([[0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, fast], [0.0, 0.0, -fast, 0.0]])
+    watch = Watch(np.eye(4)[:2], (slice(0, 2),), np.full(2, 1e-9))
+    y0 = np.array([1.0, 0.0, 1e-2, 0.0])
+    solver = Gauss(lambda t, y: matrix @ y, 0.0, y0, 20.0, jac=lambda t, y: matrix, rtol=1e-8, watch=watch)
+    steps = 0
+    while solver.status == "running":
+        solver.step()
+        steps += 1
+    assert abs(solver.y[0] - np.cos(20.0)) <= 1e-7
+    assert steps < 200
+    assert abs(np.hypot(*solver.y[2:]) / 1e-2 - 1.0) <= 1e-8
+
+
+def test_the_error_keeps_the_tolerance() -> None:
+    check_tolerance()
+
+
+def test_the_order_is_six() -> None:
+    check_order()
+
+
+def test_what_is_fast_keeps_its_energy() -> None:
+    check_energy()
+
+
+def test_a_rate_that_is_no_number_ends_in_a_message() -> None:
+    solver = Gauss(
+        lambda t, y: y / (0.0 if t > 0.5 else 1.0) if t <= 0.5 else np.full(1, np.nan),
+        0.0,
+        np.ones(1),
+        1.0,
+        jac=lambda t, y: np.eye(1),
+        rtol=1e-6,
+        watch=Watch.everything(np.full(1, 1e-9)),
+    )
+    message = None
+    while solver.status == "running":
+        message = solver.step()
+    assert solver.status == "failed"
+    assert message
+    assert solver.t <= 0.5
+
+
+def other_nodes() -> Tableau:
+    """Collocation at nodes that are off by a hundredth: the method is no longer symmetric, and damps."""
+    c = tableau().c + 0.01
+    vandermonde = c[:, None] ** np.arange(c.size)
+    A = (c[:, None] ** np.arange(1, c.size + 1) / np.arange(1, c.size + 1)) @ np.linalg.inv(vandermonde)
+    b = np.linalg.solve(vandermonde.T, 1.0 / np.arange(1, c.size + 1))
+    return Tableau(c, A, np.linalg.solve(A.T, b))
+
+
+DEFECTS: dict[str, tuple[Callable[[], None], str, object]] = {
+    "nodes that damp": (check_energy, "tableau", other_nodes),
+    "errors divided too much": (check_tolerance, "ORDER", 18),
+    "errors not looked at between the stages": (check_tolerance, "SAMPLES", np.array([1.0])),
+    "a sixth of the order": (check_order, "WORTH", 1e9),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_defects_are_caught(defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    check, name, value = DEFECTS[defect]
+    monkeypatch.setattr(gauss, name, value)
+    with pytest.raises(AssertionError):
+        check()
