@@ -50,7 +50,8 @@ def plot(result: object, picture: str | None = None, *, path: Solution | None = 
     Parameters
     ----------
     result : Solution, Equilibrium, EquilibriumSet, Spectrum, Limit, Rest, branches, capacity, PhaseDiagram or Basin
-        What a function of this package returned; also Modes, or a history of `force_displacement` or `moment_curvature`.
+        What a function of this package returned; also Modes, and histories of `force_displacement` or
+        `moment_curvature`.
     picture : str, optional
         Which picture of a motion: "overview" (the default), "shapes", "natural", "curvature_map", "energies", "loads",
         "free_end", "velocities", "reactions", "force_displacement", "moment_curvature" or "ending".
