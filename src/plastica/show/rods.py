@@ -213,7 +213,7 @@ def rest_figure(found: Rest) -> Figure:
         The title says whether it is stable.
     """
     measure, model = Measure(found.model.specimen), found.model
-    held = "" if not found.converged else " It is admissible: let go, it stays." if found.admissible else _MOVES
+    held = "" if not found.converged else _STAYS if found.admissible else _MOVES
     theta = model.angle(found.mu)
     along = model.grid.integration(PLACES)
     rod = AtRest(along @ np.cos(theta), along @ np.sin(theta), "rod", ROLES["rod"][0])
@@ -225,7 +225,8 @@ def rest_figure(found: Rest) -> Figure:
     return figure
 
 
-_MOVES: Final = " Let go, it moves: a drive exceeds its threshold."
+_STAYS: Final = " No longer held it stays: the drive is within its threshold."
+_MOVES: Final = " No longer held it moves: a drive exceeds its threshold."
 
 
 def limit_figure(limit: Limit) -> Figure:
