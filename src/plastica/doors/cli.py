@@ -130,12 +130,19 @@ def new(file: Path, units: Any, inertia: bool) -> int:
 @click.argument("result", type=_FILE)
 @click.argument("variables", nargs=-1)
 @click.option("--output", "-o", type=_FILE, help="File to write.  [default: standard output]")
-def export(result: Path, variables: tuple[str, ...], output: Path | None) -> int:
+@click.option(
+    "--table",
+    type=click.Choice(("motion", "force-displacement", "moment-curvature", "thermodynamics")),
+    default="motion",
+    show_default=True,
+    help="What the variables are of: moment and curvature are those at the clamp.",
+)
+def export(result: Path, variables: tuple[str, ...], output: Path | None, table: str) -> int:
     """Write VARIABLES of a RESULT (.nc) as CSV; without any, list those that it has."""
     from plastica.motion.store import read
-    from plastica.study.export import csv_text, write_csv
+    from plastica.study.export import csv_text, table_of, write_csv
 
-    dataset = read(result).dataset
+    dataset = table_of(read(result), table)
     if not variables:
         for name, variable in dataset.data_vars.items():
             dims = ", ".join(map(str, variable.dims))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,42 @@ from plastica.files import write_whole
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["csv_text", "write_csv"]
+    from plastica.motion.solution import Solution
+
+__all__ = ["csv_text", "table_of", "write_csv"]
+
+
+def table_of(solution: Solution, name: str) -> xarray.Dataset:
+    """Return a table of a solution: its dataset, a history of loading, or its energies and entropies.
+
+    Parameters
+    ----------
+    solution : Solution
+        The motion.
+    name : str
+        "motion", "force-displacement", "moment-curvature" (at the clamp) or "thermodynamics".
+
+    Returns
+    -------
+    xarray.Dataset
+
+    Raises
+    ------
+    ArgumentError
+        Where there is no table of that name.
+    """
+    from plastica.motion.histories import force_displacement, moment_curvature
+    from plastica.motion.thermodynamics import thermodynamics
+
+    tables: dict[str, Callable[[Solution], xarray.Dataset]] = {
+        "motion": lambda sol: sol.dataset,
+        "force-displacement": force_displacement,
+        "moment-curvature": moment_curvature,
+        "thermodynamics": thermodynamics,
+    }
+    if name not in tables:
+        raise ArgumentError(f"must be one of {', '.join(tables)}", where="table", value=name)
+    return tables[name](solution)
 
 
 def csv_text(dataset: xarray.Dataset, names: Sequence[str]) -> str:
