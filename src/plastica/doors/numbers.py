@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["check_facts", "clean", "result_facts", "shown"]
 
 
-MOST_SHOWN = 4
+MOST_SHOWN = 8
 """Segments whose natural curvatures are told one by one."""
 
 
@@ -37,8 +37,10 @@ def clean(value: Any) -> Any:
 
 
 def shown(value: float | list[float], unit: str) -> str:
-    """Write a number for people, with its unit; of many, one for each segment, the least and the greatest."""
+    """Write a number for people, with its unit; of many, one for each segment, all, or the least and the greatest."""
     if isinstance(value, list):
+        if min(value) == max(value):
+            return f"{shown(value[0], unit)} on each of {len(value)} segments"
         if len(value) > MOST_SHOWN:
             return f"{shown(min(value), unit)} to {shown(max(value), unit)} ({len(value)} segments)"
         return ", ".join(shown(each, unit) for each in value)
