@@ -162,6 +162,19 @@ def check_damping_ratios(delta: float) -> None:
     assert np.all(np.abs(found.damped_frequencies - np.abs(exact[:, 0].imag)) <= 1e-12 * omega)
 
 
+def check_pairs_do_not_depend_on_the_grid() -> None:
+    """Under load, slow and fast eigenvalues are paired alike on any grid, and as exact where there are many nodes."""
+    for thrust, delta in ((2.0, 0.05), (2.0, 1.0), (-5.0, 0.1)):
+        load = pl.Load(thrust=thrust, allow_tension=True)
+        few, more, many = (pl.modes(rod(load, nodes, damping=delta), count=6) for nodes in (24, 60, 120))
+        for other in (more, many):
+            assert np.all(np.abs(other.eigenvalues - few.eigenvalues) <= 1e-9 * np.abs(few.eigenvalues))
+
+
+def test_pairs_do_not_depend_on_the_grid() -> None:
+    check_pairs_do_not_depend_on_the_grid()
+
+
 def test_clamped_free() -> None:
     check_clamped_free()
 

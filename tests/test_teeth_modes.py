@@ -85,7 +85,8 @@ DEFECTS: dict[str, Defect] = {
     "no loads across": _of_model(_along_only),
     "one component of the velocity": _linear(_across_only),
     "half the damping": _linear(lambda found: replace(found, damping=0.5 * found.damping)),
-    "pairs mixed up": _changed(vibration, "_homes", lambda _: lambda vectors, modes: modes[::-1]),
+    "pairs mixed up": _changed(vibration, "_taken", lambda sound: lambda *a: sound(*a)[::-1]),
+    "the first modes for all": _changed(vibration, "_on_all", lambda _: lambda found, overlap, value, z: value),
     "conjugate first": _changed(computed, "damped_pairs", lambda sound: lambda *a: sound(*a)[:, ::-1]),
     "nodal values without weights": _property(Linearised, "root", lambda found: np.ones(found.grid.size)),
     "weights on one side": _changed(
@@ -117,6 +118,7 @@ TEETH: list[tuple[str, Callable[[Path], None], tuple[str, ...]]] = [
     ("heavy column", _bare(claims.check_heavy_column), ("a digit of the stiffness",)),
     ("damping ratios", _bare(claims.check_damping_ratios, 1.0), ("half the damping", "pairs mixed up")),
     ("damping ratios, swinging", _bare(claims.check_damping_ratios, 0.02), ("conjugate first",)),
+    ("pairs", _bare(claims.check_pairs_do_not_depend_on_the_grid), ("the first modes for all",)),
     ("shooting", _bare(claims.check_shooting, "every"), ("no loads across", "one component of the velocity")),
     (
         "energies",

@@ -196,7 +196,8 @@ def _sentences(found: Modes) -> list[str]:
     fastest, out = float(found.eigenvalues.real.max()), []
     if found.unstable:
         many = "1 direction" if found.unstable == 1 else f"{found.unstable} directions"
-        grows = f", the fastest growing at {fastest:.6g} {unit}" if fastest > 0.0 else ""
+        which = "the fastest" if found.unstable <= found.frequencies.size else "one of them"
+        grows = f", {which} growing at {fastest:.6g} {unit}" if fastest > 0.0 else ""
         out.append(f"Unstable in {many} as long as the natural curvature is held{grows}.")
     else:
         out.append("Stable as long as the natural curvature is held.")

@@ -55,7 +55,7 @@ class _Solved(NamedTuple):
     def pairs(self, count: int) -> Complex:
         """Both eigenvalues of the first modes; without inertia there is no second one."""
         if self.found is not None:
-            return damped_pairs(self.linear, self.found)[:count]
+            return damped_pairs(self.linear, self.found, count)
         slow = -self.numbers[:count] / self.linear.damping
         return np.stack([slow, np.full(count, -np.inf)], axis=1).astype(complex)
 
@@ -143,7 +143,7 @@ def _compared(place: AtRest) -> _Solved | None:
 def _refined(place: AtRest, count: int) -> tuple[_Solved, _Solved | None]:
     """Double the nodes until the modes asked for agree, or there would be too many."""
     elements = place.model.grid.elements
-    nodes = max(8, -(-(FIRST_NODES + NODES_PER_MODE * count) // elements))
+    nodes = min(max(8, -(-(FIRST_NODES + NODES_PER_MODE * count) // elements)), LARGEST_NODES // 2)
     coarse = _solved(place.on(place.model.grid.with_nodes(nodes)))
     while True:
         nodes *= 2
@@ -188,7 +188,8 @@ def _finished(solved: _Solved, change: Array, count: int) -> Modes:
     shapes = _signed(solved.vectors[:, :count] / linear.root[:, None], place).T / np.sqrt(size)
     pairs = solved.pairs(count)
     endless = np.full(count, np.inf)
-    frequencies, errors = _frequencies(numbers, change) if inertia else (endless, change / linear.damping)
+    known = CONVERGED * _size(solved, count)
+    frequencies, errors = _frequencies(numbers, change, known) if inertia else (endless, change / linear.damping)
     return Modes(
         model=place.model,
         mu=place.mu,
@@ -204,7 +205,7 @@ def _finished(solved: _Solved, change: Array, count: int) -> Modes:
         damping=np.diag(linear.grid.w) * (linear.damping * energy * scales.time),
         stiffness=linear.nodal(linear.K) * energy,
         unstable=_negative(linear.K),
-        resolved=bool(np.all(change <= CONVERGED * _size(solved, count))),
+        resolved=bool(np.all(change <= known)),
         stays=place.stays,
     )
 
@@ -215,10 +216,10 @@ def _negative(stiffness: Array) -> int:
     return int(np.count_nonzero(values < -ROUNDING * EPS * np.abs(values).max()))
 
 
-def _frequencies(squares: Array, change: Array) -> tuple[Array, Array]:
-    """Frequencies and their errors, from those of the squares."""
-    slack = np.where(np.isfinite(change), change, 0.0)
-    omega = np.sqrt(np.where(squares >= -slack, np.maximum(squares, 0.0), np.nan))
+def _frequencies(squares: Array, change: Array, known: Array) -> tuple[Array, Array]:
+    """Frequencies and their errors, from those of the squares; one that is 0 within an error that is small is 0."""
+    zero = (np.abs(squares) <= change) & (change <= known)
+    omega = np.sqrt(np.where(zero, 0.0, np.where(squares >= 0.0, squares, np.nan)))
     size = np.sqrt(np.abs(squares))
     return omega, np.where(size * size > change, change / (2.0 * np.maximum(size, 1e-300)), np.sqrt(change))
 

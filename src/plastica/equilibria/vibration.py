@@ -8,6 +8,7 @@ unless K is not, or hardly, positive.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,13 @@ ROUNDING = 16.0
 
 REAL = 1e-8
 """Relative imaginary part below which a pair is two real eigenvalues that rounding has moved off the axis."""
+
+
+WHOLE = 96
+"""Modes up to which the damped problem is solved at once; for more, that of the first is carried over to all."""
+
+RAYLEIGH_STEPS, SAME = 3, 1e-3
+"""Steps by which it is, and how far it may go: leaving out all but 96 changes the first eigenvalues by 1e-7."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +67,11 @@ class Undamped:
     def vectors(self) -> Array:
         """Modes in columns, of modal mass 1."""
         return self.basis / self.sigma
+
+    def first(self, count: int) -> Undamped:
+        """Return the first of the modes."""
+        part = slice(None, count)
+        return Undamped(self.squares[part], self.floors[part], self.sigma[part], self.basis[:, part], self.shift)
 
 
 def undamped(linear: Linearised) -> Undamped:
@@ -100,14 +113,15 @@ def relaxation(linear: Linearised) -> tuple[Array, Array]:
     return values, vectors
 
 
-def damped_pairs(linear: Linearised, found: Undamped) -> Complex:
-    """Solve lambda^2 M + lambda delta + K = 0, and give every undamped mode its two eigenvalues.
+def damped_pairs(linear: Linearised, found: Undamped, count: int) -> Complex:
+    """Solve lambda^2 M + lambda delta + K = 0, and give each of the first undamped modes its two eigenvalues.
 
     In the basis of the undamped modes, M = diag(sigma^2), K = 1 - shift sigma^2 and D = delta C. With
     lambda = tau + 1/nu, tau^2 = shift, the problem is nu^2 (1 + tau delta C) + nu (2 tau sigma^2 + delta C) + sigma^2,
     bounded whatever the number of nodes. Eigenvalues that are not real come in pairs of their own. Of the real ones,
-    half are slow and half are fast, told apart by the sign of z^T (2 lambda M + D) z; each goes to the mode that its
-    vector has most of. Without load the vectors are the undamped modes, and nothing is left to choose.
+    half are slow and half are fast, told apart by the sign of z^T (2 lambda M + D) z. One mode after the other takes
+    the pair, or the slow and then the fast one, whose vector has most of it. Without load the vectors are the
+    undamped modes, and nothing is left to choose.
 
     Parameters
     ----------
@@ -115,31 +129,74 @@ def damped_pairs(linear: Linearised, found: Undamped) -> Complex:
         With inertia.
     found : Undamped
         Its undamped modes.
+    count : int
+        How many of them.
 
     Returns
     -------
-    ndarray of complex, shape (n, 2)
+    ndarray of complex, shape (count, 2)
         In each row the eigenvalue with positive imaginary part and its conjugate, or the slow one and the fast one.
     """
     if linear.damping == 0.0:
-        above = np.sqrt((-found.squares).astype(complex))
+        above = np.sqrt((-found.squares[:count]).astype(complex))
         return np.stack([above, -above], axis=1)
     overlap = linear.damping * (found.basis.T @ found.basis)
-    values, vectors = _quadratic(found, 0.5 * (overlap + overlap.T))
-    swings = values.imag > REAL * np.abs(values)
-    still = np.abs(values.imag) <= REAL * np.abs(values)
-    sums = _forms(found, overlap, vectors[:, still])
-    kind = (2.0 * values[still] * sums[0] + sums[1]).real / np.abs(sums[1])
-    order = np.flatnonzero(still)[np.argsort(-kind, kind="stable")]
-    half = order.size // 2
-    first = np.concatenate([np.flatnonzero(swings), order[:half]])
-    out = np.empty((found.sigma.size, 2), dtype=complex)
-    home = _homes(vectors[:, first], np.arange(found.sigma.size))
-    out[home, 0] = values[first]
-    out[home, 1] = np.conj(values[first])
-    free = np.sort(home[int(swings.sum()) :])
-    out[_homes(vectors[:, order[half:]], free), 1] = values[order[half:]]
-    return out
+    overlap = 0.5 * (overlap + overlap.T)
+    size = min(found.sigma.size, max(WHOLE, 2 * count + WHOLE // 2))
+    part = found.first(size)
+    values, vectors = _quadratic(part, overlap[:size, :size])
+    first, second = _chosen(part, overlap[:size, :size], values, vectors, count)
+    if size < found.sigma.size:
+        values = values.copy()
+        for i in {*first.tolist(), *second.tolist()}:
+            values[i] = _on_all(found, overlap, values[i], vectors[:, i])
+    pairs = np.stack([values[first], values[second]], axis=1)
+    return np.where((first == second)[:, None], np.stack([pairs[:, 0], pairs[:, 0].conj()], axis=1), pairs)
+
+
+def _chosen(
+    found: Undamped, overlap: Array, values: Complex, vectors: Complex, count: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which eigenvalues belong to each of the first modes; the same one twice stands for it and its conjugate."""
+    swings = np.flatnonzero(values.imag > REAL * np.abs(values))
+    still = np.flatnonzero(np.abs(values.imag) <= REAL * np.abs(values))
+    mass, viscous, _ = _forms(found, overlap, vectors[:, still])
+    kind = (2.0 * values[still] * mass + viscous).real / np.abs(viscous)
+    still = still[np.argsort(-kind, kind="stable")]
+    slow, fast = still[: still.size // 2], still[still.size // 2 :]
+    first = _taken(vectors, np.concatenate([swings, slow]), range(count))
+    real = np.flatnonzero(np.isin(first, slow))
+    second = first.copy()
+    second[real] = _taken(vectors, fast, real.tolist())
+    return first, second
+
+
+def _taken(vectors: Complex, offered: NDArray[np.intp], modes: Iterable[int]) -> NDArray[np.intp]:
+    """Let each mode in turn take the vector that has most of it, of those that are left."""
+    share, out = np.abs(vectors[:, offered]) ** 2, []
+    for k in modes:
+        best = int(np.argmax(share[k]))
+        out.append(offered[best])
+        share[:, best] = -1.0
+    return np.array(out, dtype=np.intp)
+
+
+def _on_all(found: Undamped, overlap: Array, value: complex, vector: Complex) -> complex:
+    """Take an eigenvalue from some of the undamped modes to all of them, by Rayleigh's iteration."""
+    n, tau = found.sigma.size, float(np.sqrt(found.shift))
+    squares, here = found.sigma**2, value
+    z: Complex = np.zeros(n, dtype=np.complex128)
+    z[: vector.size] = vector
+    for _ in range(RAYLEIGH_STEPS):
+        whole = here * overlap + np.diag(here * here * squares + 1.0 - found.shift * squares)
+        right = 2.0 * here * squares * z + overlap @ z
+        try:
+            z = np.asarray(np.linalg.solve(whole, right), dtype=np.complex128)
+        except np.linalg.LinAlgError:
+            break
+        z = z / float(np.linalg.norm(z))
+        here = complex(_sharpened(found, overlap, np.array([1.0 / (here - tau)]), z[:, None])[0])
+    return here if abs(here - value) <= SAME * abs(value) else value
 
 
 def _quadratic(found: Undamped, overlap: Array) -> tuple[Complex, Complex]:
@@ -177,14 +234,3 @@ def _sharpened(found: Undamped, overlap: Array, nu: Complex, vectors: Complex) -
         roots = np.stack([large / mass, stiff / large])
         off = np.abs(1.0 / (roots - np.sqrt(found.shift)) - nu)
     return np.asarray(np.take_along_axis(roots, np.argmin(off, axis=0)[None], axis=0)[0])
-
-
-def _homes(vectors: Complex, modes: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Which of the modes each vector belongs to, one to each, so that they have most of them in all."""
-    from scipy.optimize import linear_sum_assignment
-
-    share = np.abs(vectors[modes]) ** 2
-    rows, columns = linear_sum_assignment(share.T, maximize=True)
-    out = np.empty(vectors.shape[1], dtype=np.intp)
-    out[rows] = modes[columns]
-    return out
