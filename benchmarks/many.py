@@ -165,7 +165,7 @@ def memory(count: int = 10**6, until: float = 100.0) -> None:
 
 def second_worker() -> None:
     """Wall time of one process over that of two, the start of the processes included; the median of five."""
-    gamma, ratios = thrusts(1 << 15), []
+    gamma, ratios = thrusts(1 << 17), []
     for _ in range(5):
         walls = []
         for workers in (1, 2):

@@ -36,7 +36,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-WIDTH: Final = 512
+WIDTH: Final = 768
 """Columns of a block: enough to hide what a call costs, few enough to stay in the cache."""
 
 DONE, STIFF, NOT_FINITE, COARSE = 0, 1, 2, 3
