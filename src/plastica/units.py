@@ -362,6 +362,8 @@ def _named_unit(name: str) -> _Unit | None:
         return _Unit(Fraction(1), tuple(Fraction(base == "K") for base in BASE_UNITS))
     if name in ("rad", "radian", "dimensionless"):
         return _ONE
+    if name in ("deg", "degree", "degrees"):
+        return _Unit(Fraction(math.pi) / 180, DIMENSIONLESS)
     for prefix, power in _PREFIXES.items():
         unit = name.removeprefix(prefix)
         if unit in _PREFIXED and prefix + unit == name:

@@ -139,21 +139,29 @@ def integrate(
                 return
 
 
-def _solver(kern: Kernel, t: float, y: Array, stretch: Stretch, options: Options) -> Any:
+def _solver(kern: Kernel, record: _Recorder, stretch: Stretch, options: Options) -> Any:
     from scipy.integrate import BDF, DOP853, LSODA, Radau
 
     from plastica.numerics.gauss import Gauss
 
+    t, y, frozen = record.t, record.y, record.frozen
+
+    def jacobian(t: float, y: Array) -> Array:
+        # With the column of what does not move, pivoting would round that, too. Without it, its Newton steps are 0.
+        out = kern.jacobian(t, y)
+        out[:, frozen] = 0.0
+        return out
+
     if options.method == "Gauss":
         watch, longest = kern.watch(options.atol), stretch.longest_step
         return Gauss(
-            kern.rate, t, y, stretch.end, jac=kern.jacobian, rtol=options.rtol, watch=watch, max_step=longest
+            kern.rate, t, y, stretch.end, jac=jacobian, rtol=options.rtol, watch=watch, max_step=longest
         )
     common: dict[str, Any] = {"rtol": options.rtol, "atol": options.atol, "max_step": stretch.longest_step}
     if options.method == "DOP853":
         return DOP853(kern.rate, t, y, stretch.end, **common)
     kind = {"LSODA": LSODA, "Radau": Radau, "BDF": BDF}[options.method]
-    return kind(kern.rate, t, y, stretch.end, jac=kern.jacobian, **common)
+    return kind(kern.rate, t, y, stretch.end, jac=jacobian, **common)
 
 
 class _Recorder:
@@ -190,11 +198,9 @@ class _Recorder:
             y[nodes] = self._states([self.steps[k][0] for k in chosen], times)
         y[first[1:] - 1] = [step[3] for step in self.steps]
         y[0] = self.y
-        # The step that meets an onset already holds some of what follows it, and beside segments that move a solver's
-        # linear algebra may round on every step: what is frozen keeps its bits.
-        if self.cut or any(self.moving):
-            frozen, since = self.frozen, 0 if any(self.moving) else first[-2]
-            y[since:, frozen] = self.y[frozen]
+        if self.cut:
+            # The step that met the onset already holds some of what follows it: what was frozen keeps its bits.
+            y[first[-2] :, self.frozen] = self.y[self.frozen]
         return History(t, y, first)
 
     def _degree(self, dense: Any) -> int:
@@ -226,7 +232,7 @@ def _leg(
     message = ""
     with warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
         warnings.simplefilter("always")
-        solver = _solver(kern, record.t, record.y, stretch, options)
+        solver = _solver(kern, record, stretch, options)
         while len(record.steps) < min(options.leg_steps, allowed):
             message = solver.step() or ""
             if solver.status == "failed":

@@ -285,5 +285,6 @@ class _Polynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
         rows = terms / terms.sum(axis=1, keepdims=True)
         exact = hit.any(axis=1)
         rows[exact] = hit[exact]
-        out = (rows @ self.values).T
+        # What does not change over the step is to come out the same to the last bit.
+        out = (self.values[0] + rows @ (self.values - self.values[0])).T
         return np.asarray(out[:, 0] if np.ndim(t) == 0 else out)

@@ -133,8 +133,8 @@ class Model(ABC):
     @cached_property
     def arms(self) -> tuple[Array, Array]:
         """What a weight of one per length adds to the forces along and across at the nodes, each of shape (n,)."""
-        arm, angle = 1.0 - self.grid.s, self.loads.weight_angle
-        return (arm, np.zeros_like(arm)) if angle == 0.0 else (np.cos(angle) * arm, np.sin(angle) * arm)
+        arm, (toward, across) = 1.0 - self.grid.s, self.loads.weight_direction
+        return -toward * arm, across * arm
 
     def force(self, t: ArrayLike, theta: Array) -> tuple[Array, Array]:
         """Tension N = n.a and shear H = n.b of the dead load n = (-along, across) at the nodes; t of shape (...)."""

@@ -234,8 +234,8 @@ class Rod(Model):
             np.asarray(program(t), dtype=float)
             for program in (self.loads.thrust, self.loads.transverse, self.loads.weight)
         )
-        angle = self.loads.weight_angle
-        return -(thrust + weight * np.cos(angle)), transverse + weight * np.sin(angle)
+        toward, across = self.loads.weight_direction
+        return weight * toward - thrust, transverse + weight * across
 
 
 def _chosen(name: str, given: object, own: float, default: float) -> float:
