@@ -47,6 +47,7 @@ TOLD = {
     "pmma_strip_below.toml": Told("Springs back", 0.1, 0.00312483724),
     "pmma_strip_sagging.toml": Told("Takes a permanent set", 0.78195253, 0.0848469281),
     "steel_strip_struck.toml": Told("Takes a permanent set", 4.61782714, 0.1225195397),
+    "sweep_pmma_strip.toml": Told("Takes a permanent set", 0.22592013, 0.007058127588),
 }
 
 

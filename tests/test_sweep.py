@@ -249,6 +249,19 @@ def test_an_estimate_is_told_beforehand(tmp_path: Path) -> None:
     assert "600 members in 2 chunks: about " in str(told)
 
 
+def test_the_example_shows_what_its_head_says(tmp_path: Path) -> None:
+    examples = Path(__file__).resolve().parent.parent / "examples"
+    found = pl.sweep(examples / "sweep_pmma_strip.toml", store=tmp_path / "s.sweep", workers=0)
+    assert found.regimes == {"recovers": 283, "permanent set": 154}
+    thrust, threshold = (axis.values for axis in found.axes)
+    kept = (found.dataset["regime"].values == "permanent set").reshape(thrust.size, threshold.size)
+    assert not kept[thrust < 0.7328].any()
+    highest = [float(threshold[row].max()) for row in kept if row.any()]
+    assert np.all(np.diff(highest) >= 0.0)
+    assert 0.010 < highest[0] < 0.0115
+    assert 0.0245 < highest[-1] < 0.0255
+
+
 def test_every_key_of_the_table_is_documented() -> None:
     from tests.test_docs import code, rows
 

@@ -37,6 +37,7 @@ LOOKS: Final = {
 MARKS: Final = ("o", "s", "^", "D", "x", ".")
 MOST_PAIRS: Final = 6
 MOST_POINTS: Final = 20_000
+MOST_MEMBERS: Final = 20_000_000
 PANEL: Final = 4.4
 """Inches."""
 
@@ -59,13 +60,20 @@ def regimes_figure(sweep: Sweep) -> Figure:
     Raises
     ------
     ArgumentError
-        Where the verdict was not kept.
+        Where the verdict was not kept, or there are too many members for a picture.
     """
     if "verdict" not in sweep.plan.outputs:
         raise ArgumentError(
             'must have kept the verdict of its members (outputs = ["verdict"])',
             where="result",
             next_step="Draw what was kept from its dataset.",
+        )
+    if sweep.members > MOST_MEMBERS:
+        raise ArgumentError(
+            f"must have at most {MOST_MEMBERS} members to be drawn",
+            where="result",
+            value=sweep.members,
+            next_step="Read a part of its results with xarray.open_zarr, and draw that.",
         )
     codes = sweep.store.read(["regime"], 0, sweep.members)["regime"].astype(int)
     codes = np.where(codes < 0, len(REGIMES), codes)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import PlasticaError
-from plastica.motion.many import solve_many
+from plastica.motion.many import CHUNK, solve_many
 from plastica.numerics.grid import AUTO_NODES
 from plastica.physics.batch import batch_laws
 from plastica.physics.initial import initial_shape, nodal_values
@@ -67,7 +67,7 @@ def compute_together(plan: Plan, values: Array) -> Columns:
         times,
         shape_parameters=start.shape_parameters,
         also=also,
-        chunk=len(values),
+        chunk=min(len(values), CHUNK),
     )
     _fill(made, usable, plan, found)
     if "verdict" in plan.outputs:

@@ -309,10 +309,10 @@ def _times(section: Sweep, base: Scenario, problems: Problems) -> Array | None:
 
 
 def _chunk(plan: Plan) -> int:
-    """Members of a task: enough of them to hide what a task costs, few enough for all processes to have some.
+    """Members of a task: enough of them to hide what a task costs, few enough that losing one costs little.
 
-    Two thirds of a second to some ten seconds each, a hundred chunks where there are enough members, and never more
-    than about ten thousand chunks, each of which is a file for every variable.
+    A hundredth of all, within bounds that come to a few seconds at most; and never more than about ten thousand chunks,
+    each of which is a file for every variable. Nothing else counts, so that the same sweep has the same chunks anywhere.
     """
     least, most = (512, 8192) if plan.batched else (1, 64)
     even = min(max(-(-plan.count // 100), least), most)
@@ -371,8 +371,8 @@ def _tried(axis: Axis) -> list[int]:
 
 def _reason(error: PlasticaError) -> str:
     if isinstance(error, ScenarioError):
-        return re.sub(r"^line \d+: ", "", error.problems[0])
-    return str(error).split(": ", 1)[-1].replace("\n ", "")
+        return re.sub(r"\bline \d+: ", "", error.problems[0])
+    return re.sub(r"\n\s*(line \d+: )?", " ", str(error).split(": ", 1)[-1])
 
 
 def _sentence(error: PlasticaError, axis: Axis) -> str:
