@@ -214,7 +214,8 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     if max(speed, natural) > STILL:
         rates = f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
     amount = _show(solution, abs(excess), "drive", "N*m**2", "EI")
-    share = f"{abs(excess) / threshold:.2g} of it" if threshold > 0.0 else "of no size"
+    ratio = abs(excess) / threshold if threshold > 0.0 else float("inf")
+    share = f"{ratio:.2g} {'of' if ratio < 1.0 else 'times'} it" if np.isfinite(ratio) else "of no size"
     if excess <= 0.0:
         return (
             f"The drive is within its threshold, by {amount} ({share}): while that lasts the natural curvature "
