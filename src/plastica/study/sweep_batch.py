@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import PlasticaError
 from plastica.motion.many import CHUNK, solve_many
 from plastica.numerics.grid import AUTO_NODES
 from plastica.physics.batch import batch_laws
 from plastica.physics.initial import initial_shape, nodal_values
 from plastica.physics.program import Program
 from plastica.physics.strut import Strut
-from plastica.study.building import number
+from plastica.study import schema
+from plastica.study.building import initial, number
+from plastica.study.loads import load
+from plastica.study.problems import Problems
 from plastica.study.sweep_axes import AMPLITUDE, Axis
 from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
@@ -44,13 +46,15 @@ def compute_together(plan: Plan, values: Array) -> Columns:
     strut = base.model
     if not isinstance(strut, Strut):
         raise TypeError("a batch is of struts")
-    usable = _usable(plan, columns)
+    thrust, shapes = _thrust(plan, columns), _shapes(plan, columns)
+    usable = _all_there(thrust, len(values)) & _all_there(shapes, len(values))
     made = empty_chunk(plan, len(values))
     _fill_refused(made, ~usable)
     if not usable.any():
         return made
     columns = {key: column[usable] for key, column in columns.items()}
-    start, thrust = _start(plan, columns), _thrust(plan, columns)
+    thrust, shapes = _chosen(thrust, usable), _chosen(shapes, usable)
+    start = _start(plan, columns, shapes)
     own = {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
     end = number(base.until, "s")
     times = None if plan.times is None else np.union1d(plan.times, [end])
@@ -79,31 +83,18 @@ def compute_together(plan: Plan, values: Array) -> Columns:
     return made
 
 
-def _usable(plan: Plan, columns: dict[str, Array]) -> NDArray[np.bool_]:
-    """Which members' loads and parameters can be read at all: labels, whose texts the scenario's reader judges."""
-    count = len(next(iter(columns.values())))
-    usable = np.ones(count, dtype=bool)
-    for key, column in columns.items():
-        axis = next(each for each in plan.axes if each.key == key)
-        if axis.kind != "label" and not key.startswith("load.thrust."):
-            continue
-        for value in np.unique(column):
-            if _alone(plan, axis, float(value)) is None:
-                usable[column == value] = False
-    return usable
+def _all_there(each: Any, count: int) -> NDArray[np.bool_]:
+    """Which members have what was read for each of them; numbers and what all share are there."""
+    if not isinstance(each, list):
+        return np.ones(count, dtype=bool)
+    return np.array([one is not None for one in each])
 
 
-def _alone(plan: Plan, axis: Axis, value: float) -> Any:
-    """The scenario with this one value changed; None where it is refused."""
-    one = Plan(plan.document, plan.table, plan.base, _only(plan, axis), plan.outputs, plan.times, 1)
-    try:
-        return one.scenario(np.array([value]))
-    except PlasticaError:
-        return None
-
-
-def _only(plan: Plan, axis: Axis) -> Any:
-    return replace(plan.members, axes=(axis,))
+def _chosen(each: Any, usable: NDArray[np.bool_]) -> Any:
+    """The same for the members that are usable."""
+    if isinstance(each, np.ndarray):
+        return np.ascontiguousarray(each[usable])
+    return [one for one, there in zip(each, usable, strict=True) if there] if isinstance(each, list) else each
 
 
 def _fill_refused(made: Columns, refused: NDArray[np.bool_]) -> None:
@@ -122,30 +113,45 @@ def _fill_refused(made: Columns, refused: NDArray[np.bool_]) -> None:
             made[name][refused] = value
 
 
-def _start(plan: Plan, columns: dict[str, Array]) -> _Start:
-    """Read the first states of all members."""
+def _shapes(plan: Plan, columns: dict[str, Array]) -> list[Any] | None:
+    """The initial curvature of each member where it is a text or a table, None in place of what cannot be read."""
+    axis = next((each for each in plan.axes if each.key == "initial.curvature"), None)
+    if axis is None or axis.kind != "label":
+        return None
+    known = {value: _shape(plan, axis, float(value)) for value in np.unique(columns[axis.key])}
+    return [known[value] for value in columns[axis.key]]
+
+
+def _shape(plan: Plan, axis: Axis, value: float) -> Any:
+    model, problems = plan.base.model, Problems(plan.document)
+    given = {**plan.document.data.get("initial", {}), "curvature": axis.inserted(value)}
+    si, folder = model.specimen is not None, plan.document.file.parent
+    section = schema.validate(schema.Initial, given, ("initial",), problems, si=si)
+    if section is None:
+        return None
+    start = initial(section, folder, model.scales.length, problems, si=si)
+    return None if problems.within("initial") else start.curvature
+
+
+def _start(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) -> _Start:
+    """First states of all members."""
     base, count = plan.base, len(next(iter(columns.values())))
     natural = columns.get("initial.natural_curvature", np.full(count, float(np.asarray(base.natural_curvature))))
     factor = columns.get(AMPLITUDE, np.ones(count))
-    given = columns.get("initial.curvature")
-    axis = next((each for each in plan.axes if each.key == "initial.curvature"), None)
-    if given is not None and axis is not None and axis.kind != "label":
-        return _uniform(plan, given * factor, natural)
-    if given is None:
-        curvature = base.curvature
-        uniform = _constant(curvature)
-        if uniform is not None:
-            return _uniform(plan, uniform * factor, natural)
-        if AMPLITUDE not in columns:
-            return _Start(curvature, natural, np.full(count, _angle(plan, curvature)), {})
-        angle = np.abs(factor) * _angle(plan, curvature)
-        if isinstance(curvature, str):
-            return _Start(f"amplitude*({curvature})", natural, angle, {"amplitude": factor})
-        return _Start([amplified(base, float(one)) for one in factor], natural, angle, {})
-    scenarios = {value: _alone(plan, axis, float(value)) for value in np.unique(given)} if axis is not None else {}
-    angles = {value: _angle(plan, each.curvature) for value, each in scenarios.items()}
-    shapes = [amplified(scenarios[v], float(f)) for v, f in zip(given, factor, strict=True)]
-    return _Start(shapes, natural, np.abs(factor) * np.array([angles[v] for v in given]), {})
+    if shapes is not None:
+        angles = {id(shape): _angle(plan, shape) for shape in shapes}
+        made = [amplified(base.model, shape, float(one)) for shape, one in zip(shapes, factor, strict=True)]
+        return _Start(made, natural, np.abs(factor) * np.array([angles[id(shape)] for shape in shapes]), {})
+    given, curvature = columns.get("initial.curvature"), base.curvature
+    uniform = _constant(curvature) if given is None else given
+    if uniform is not None:
+        return _uniform(plan, uniform * factor, natural)
+    if AMPLITUDE not in columns:
+        return _Start(curvature, natural, np.full(count, _angle(plan, curvature)), {})
+    angle = np.abs(factor) * _angle(plan, curvature)
+    if isinstance(curvature, str):
+        return _Start(f"amplitude*({curvature})", natural, angle, {"amplitude": factor})
+    return _Start([amplified(base.model, curvature, float(one)) for one in factor], natural, angle, {})
 
 
 def _constant(curvature: Any) -> float | None:
@@ -172,7 +178,7 @@ def _angle(plan: Plan, curvature: Any) -> float:
 
 
 def _thrust(plan: Plan, columns: dict[str, Array]) -> Any:
-    """What each member is pushed by: numbers, programs, or None where all are pushed alike."""
+    """What members are pushed by: numbers, or programs (None what cannot be read); None where all are pushed alike."""
     axes = [axis for axis in plan.axes if axis.path[:2] == ("load", "thrust")]
     if not axes:
         return None
@@ -184,9 +190,18 @@ def _thrust(plan: Plan, columns: dict[str, Array]) -> Any:
     return [made[i] for i in which.ravel()]
 
 
-def _program(plan: Plan, axes: list[Axis], row: Array) -> Program:
+def _program(plan: Plan, axes: list[Axis], row: Array) -> Program | None:
+    """The thrust of a member, read from its section [load] as the whole scenario's reader would."""
     one = replace(plan, members=replace(plan.members, axes=tuple(axes)))
-    return one.scenario(row).model.load.thrust
+    model, problems = plan.base.model, Problems(plan.document)
+    si = model.specimen is not None
+    with problems.at("load"):
+        section = schema.validate(schema.Load, one.changed(row).data["load"], ("load",), problems, si=si)
+        made = None if section is None else load(section, problems, si=si)
+        if made is not None:
+            made.check(plan.base.plan.end * model.scales.time)
+        return None if made is None or problems.within("load") else made.thrust
+    return None
 
 
 def _pushed(strut: Strut, thrust: Any, end: float, count: int) -> NDArray[np.bool_]:

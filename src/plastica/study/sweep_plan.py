@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from plastica._version import __version__
 from plastica.errors import ArgumentError, PlasticaError, ScenarioError
 from plastica.files import read_bytes
-from plastica.physics.initial import Shape, initial_shape
+from plastica.physics.initial import Curvature, Shape, initial_shape
+from plastica.physics.model import Model
 from plastica.physics.strut import Strut
 from plastica.study.building import inside, number
 from plastica.study.fields import given as in_toml
@@ -45,6 +46,9 @@ _BATCHED: Final = re.compile(
     r"load\.thrust(\..+)?|material\.parameters\..+|initial\.(curvature|natural_curvature|amplitude)"
 )
 """Keys that members of one batch may differ in."""
+
+_LABELLED: Final = re.compile(r"load\.thrust|initial\.curvature$")
+"""Those of them that may take texts and tables."""
 
 
 def versions() -> dict[str, str]:
@@ -109,6 +113,7 @@ class Plan:
         base = self.base
         return (
             all(_BATCHED.fullmatch(axis.key) for axis in self.axes)
+            and all(axis.kind != "label" or _LABELLED.match(axis.key) for axis in self.axes)
             and isinstance(base.model, Strut)
             and base.model.segments == 1
             and base.start is None
@@ -173,7 +178,7 @@ class Plan:
         made = scenario_of(self.changed(values))
         for axis, value in zip(self.axes, values, strict=True):
             if axis.key == AMPLITUDE:
-                made = replace(made, curvature=amplified(made, float(value)))
+                made = replace(made, curvature=amplified(made.model, made.curvature, float(value)))
         return made
 
     def told(self, values: Array) -> str:
@@ -182,11 +187,10 @@ class Plan:
         return ", ".join(f"{axis.key} = {axis.shown(float(value))}" for axis, value in pairs)
 
 
-def amplified(scenario: Scenario, factor: float) -> Shape:
-    """Return the initial curvature of a scenario times a factor."""
-    model = scenario.model
+def amplified(model: Model, curvature: Curvature, factor: float) -> Shape:
+    """Return an initial curvature times a factor."""
     scales, si = model.scales, model.specimen is not None
-    shape, _ = initial_shape(scenario.curvature, model.grid, scales, si=si)
+    shape, _ = initial_shape(curvature, model.grid, scales, si=si)
     length = scales.length
 
     def function(s: Array) -> Array:
@@ -312,7 +316,7 @@ def _chunk(plan: Plan) -> int:
     """Members of a task: enough of them to hide what a task costs, few enough that losing one costs little.
 
     A hundredth of all, within bounds that come to a few seconds at most; and never more than about ten thousand chunks,
-    each of which is a file for every variable. Nothing else counts, so that the same sweep has the same chunks anywhere.
+    each of which is a file for every variable. Nothing else counts, so that a sweep has the same chunks anywhere.
     """
     least, most = (512, 8192) if plan.batched else (1, 64)
     even = min(max(-(-plan.count // 100), least), most)
