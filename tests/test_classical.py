@@ -180,12 +180,12 @@ def beam(nodes: int, rtol: float) -> tuple[float, float, float]:
 
 def check_beam() -> None:
     """Each refinement, in space or in time, lands on the limit of the equation; the last two agree far below 1e-6."""
-    steps = [beam(6, 1e-5), beam(8, 1e-5), beam(12, 1e-6), beam(16, 1e-6)]
+    steps = [beam(6, 1e-6), beam(8, 1e-6), beam(12, 1e-7), beam(16, 1e-7)]
     tips = np.array([found[:2] for found in steps])
     errors = np.abs(tips[:-1] - tips[-1]).max(axis=1)
     assert errors[0] <= 1e-5
     assert errors[1] <= 1e-6
-    assert errors[2] <= 1e-8
+    assert errors[2] <= 2e-8
     # The sequence extrapolates to seven digits, the last of them by one unit off.
     assert np.abs(tips[-1] - EXTRAPOLATED).max() <= 1e-7
     assert steps[-1][2] <= 1e-6

@@ -173,6 +173,15 @@ def test_ledger(kind: str, segments: int, load: str) -> None:
         check_liapunov(sol)
 
 
+@pytest.mark.parametrize("segments", [1, 2])
+def test_ledger_without_damping_by_the_default_method(segments: int) -> None:
+    """Loads that begin and end smoothly, as the default method of undamped rods wants them."""
+    load = pl.Load(thrust="2*sin(t)**2", transverse="0.8*sin(t)**2")
+    sol = pl.solve(model(load, nodes=6, segments=segments, inertia=ELASTIC), until=5.0, rtol=RTOL)
+    assert sol.status.ok
+    check_ledger(sol)
+
+
 def drift(rtol: float, method: str = "auto") -> float:
     """Largest change of the total energy of an elastic rod under constant loads, over a long run."""
     made = model(LOADS["constant"], nodes=4, material=NEVER, inertia=ELASTIC)
@@ -185,14 +194,14 @@ def drift(rtol: float, method: str = "auto") -> float:
 def check_conservation() -> None:
     """Without damping and yielding the total energy stays, to the time tolerance: ten times less for ten times less."""
     rtols = np.array([1e-4, 1e-5, 1e-6])
-    drifts = np.array([drift(rtol, "DOP853") for rtol in rtols])
-    assert np.all(drifts <= 0.1 * rtols)
-    assert 0.9 <= order(rtols, drifts) <= 1.4
+    for method in ("auto", "DOP853"):
+        drifts = np.array([drift(rtol, method) for rtol in rtols])
+        assert np.all(drifts <= 0.1 * rtols)
+        assert 0.8 <= order(rtols, drifts) <= 1.5
 
 
 def test_energy_is_conserved() -> None:
     check_conservation()
-    assert drift(1e-4) <= 1e-5
 
 
 def check_rates_balance(made: pl.Strut | pl.Rod) -> None:
@@ -255,7 +264,7 @@ def check_bounds(kind: str, segments: int) -> None:
     load = pl.Load(thrust=2.0, transverse="0.8*sin(t)", weight=1.0, weight_angle=0.7)
     made = model(load, nodes=4 if segments == 1 else 2, segments=segments, inertia=KINDS[kind])
     method = "DOP853" if kind == "elastic" else "auto"
-    sol = pl.solve(made, "1.5*cos(2*s)", 0.4, until=3.0, rtol=1e-5, method=method)
+    sol = pl.solve(made, "5*cos(2*s)", 0.4, until=3.0, rtol=1e-5, method=method)
     promised, layout, y = sol.bounds, sol.model.layout, sol.history.y
     mu, mu_nat = layout.mu(y), layout.natural(y)
     bending = np.sqrt((mu - sol.model.division.spread(mu_nat)) ** 2 @ sol.grid.w)
@@ -264,8 +273,8 @@ def check_bounds(kind: str, segments: int) -> None:
     assert bending.max() <= promised.bending * slack
     assert np.abs(mu_nat).max() <= promised.natural_curvature * slack
     assert np.abs(sol.model.drive(mu, mu_nat)).max() <= promised.drive * slack
-    # Not so far off that anything would pass: within a factor of 40.
-    assert stored_energy(sol.model, mu, mu_nat).max() >= promised.energy / 40.0
+    # Not so far off that anything would pass.
+    assert stored_energy(sol.model, mu, mu_nat).max() >= promised.energy / 3.0
 
 
 @pytest.mark.parametrize("segments", [1, 3])
