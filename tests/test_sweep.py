@@ -237,6 +237,20 @@ def test_members_worth_a_look(found: pl.Sweep) -> None:
         found.interesting(0)
 
 
+def test_progress_tells_members_rate_and_time_left(tmp_path: Path) -> None:
+    heard: list[Any] = []
+    over = {"load.thrust": {"from": 0.5, "to": 3.0, "count": 12}}
+    pl.sweep(scenario(), over, store=tmp_path / "s.sweep", workers=0, chunk=4, progress=heard.append)
+    assert [now.members for now in heard] == [0, 4, 8, 12]
+    assert {now.of for now in heard} == {12}
+    assert np.isnan(heard[0].left)
+    assert heard[-1].left == 0.0
+    assert all(now.rate > 0.0 and now.left == (12 - now.members) / now.rate for now in heard[1:])
+    again: list[Any] = []
+    pl.sweep(scenario(), over, store=tmp_path / "s.sweep", workers=0, chunk=4, progress=again.append)
+    assert [(now.members, now.rate) for now in again] == [(12, 0.0)]
+
+
 def test_an_estimate_is_told_beforehand(tmp_path: Path) -> None:
     over = {"load.thrust": {"from": 0.5, "to": 3.0, "count": 600}}
     told = pl.estimate_sweep(scenario(), over, workers=1)

@@ -148,7 +148,9 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "the amplitude left out": replacing(
         sweep_batch,
         "_start",
-        lambda sound: lambda made, c: sound(made, {k: v for k, v in c.items() if k != "initial.amplitude"}),
+        lambda sound: (
+            lambda made, c, shapes: sound(made, {k: v for k, v in c.items() if k != "initial.amplitude"}, shapes)
+        ),
     ),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
