@@ -178,6 +178,18 @@ MEANINGLESS = {
         "swings for ever",
     ),
     "inertia": ({"inertia": ""}, "must say what mass the rod has"),
+    "load.weight_angle": (
+        {"load": 'weight = "1 N/m"\nweight_angle = "90 mm"'},
+        "must be an angle, such as \"30 deg\", or a number in rad, but is '90 mm'",
+    ),
+    "grid.natural_segments[1]": (
+        {"grid": 'nodes = 6\nnatural_segments = ["200 mm", "100 mm"]'},
+        "must lie beyond the place before it, '200 mm', but is '100 mm'",
+    ),
+    "initial.natural_curvature": (
+        {"initial": 'natural_curvature = ["0 1/m", "0.1 1/m"]'},
+        "must be one number for a rod of one segment",
+    ),
 }
 
 

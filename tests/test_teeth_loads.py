@@ -119,6 +119,11 @@ def straight(sound: Any) -> Any:
     return lambda section, *a, **k: sound(section.model_copy(update={"weight_angle": None}), *a, **k)
 
 
+def unordered(sound: Any) -> Any:
+    """Places along the rod are taken in any order."""
+    return lambda inner, *arguments: sound(sorted(inner, key=str), *arguments)
+
+
 TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("a force at an angle", "toward -y", replacing(load, "_direction", other_way_round)),
     ("quarter turns", "a cosine that is not 0", replacing(load, "_direction", rounded_direction)),
@@ -151,6 +156,7 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
         "nothing is said of inertia",
         replacing(rods, "check_inertia", lambda _: lambda *a, **k: None),
     ),
+    ("what has no meaning", "places in any order", replacing(building, "_ends", unordered)),
     (
         "export by segment",
         "segments in another order",

@@ -113,7 +113,7 @@ def quantity(value: str | float, unit: str, *, where: str, bare: bool) -> float:
         )
     if dimension is not None and dimension != due:
         raise ArgumentError(
-            f"must be a quantity in {unit if due != DIMENSIONLESS else 'no unit (a pure number)'}",
+            f"must be a quantity in {unit if unit == 'rad' or due != DIMENSIONLESS else 'no unit (a pure number)'}",
             where=where,
             value=value,
             next_step=f"Its unit comes to {dimension_text(dimension)}.",

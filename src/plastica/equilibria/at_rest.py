@@ -184,7 +184,7 @@ def _same_loads(model: Model, place: Equilibrium) -> Equilibrium:
     thrust = float(model.loads.thrust(0.0))
     if abs(place.gamma - thrust) > SAME_THRUST * max(1.0, abs(thrust)):
         raise ArgumentError(
-            f"must be under the thrust of the rod, gamma = {thrust:.12g}", where="equilibrium.gamma", value=place.gamma
+            f"must be the thrust of the rod, {thrust:.12g}", where="equilibrium.gamma", value=place.gamma
         )
     return place
 

@@ -232,11 +232,12 @@ def initial_natural_curvature(
     given = plain(value)
     if isinstance(given, (list, tuple, np.ndarray)):
         if np.ndim(given) != 1 or len(given) != segments:
+            due = f", or one for each of {segments} segments" if segments > 1 else " for a rod of one segment"
             raise ArgumentError(
-                f"must be one number, or one for each of {segments} segment{'s' if segments > 1 else ''}",
+                f"must be one number{due}",
                 where=where,
                 value=value,
-                next_step="Set `natural_segments` of the model to the number of values.",
+                next_step="Give as many numbers as there are `natural_segments`.",
             )
         each = [_natural(one, f"{where}[{i}]", scales, si=si) for i, one in enumerate(given)]
         return each[0] if segments == 1 else np.array(each)

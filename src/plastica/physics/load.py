@@ -353,7 +353,8 @@ def _named(name: str, make: Any) -> Any:
 def _angle(given: object, where: str) -> float:
     angle = finite(given, "rad", where)
     if abs(angle) > 2.0 * math.pi * (1.0 + _ROUNDING):
-        next_step = "" if isinstance(given, str) else f'An angle in degrees is text: "{angle:g} deg".'
+        turned = isinstance(given, str) and looks_like_quantity(given)
+        next_step = "Leave out whole turns." if turned else f'An angle in degrees is text: "{angle:g} deg".'
         raise ArgumentError("must be within a turn, in rad", where=where, value=given, next_step=next_step)
     return angle + 0.0
 

@@ -36,7 +36,7 @@ def segment_breaks(given: int | Sequence[float]) -> tuple[float, ...]:
             raise ArgumentError(f"must lie in [1, {LARGEST_SEGMENTS}]", where="natural_segments", value=given)
         return tuple(float(b) for b in np.arange(int(given) + 1) / int(given))
     wrong = ArgumentError(
-        "must be a number of segments, or their ends, increasing from 0 to 1",
+        "must be a number of segments, or their ends in units of the length, increasing from 0 to 1",
         where="natural_segments",
         value=given,
         next_step="Give e.g. 4, or (0, 0.3, 1).",

@@ -230,10 +230,13 @@ def segments(section: schema.Grid, length: float | None, problems: Problems, *, 
 def _ends(inner: Sequence[float | str], length: float, path: KeyPath, problems: Problems) -> tuple[float, ...] | None:
     """Return places inside the rod, with its ends, in units of the length."""
     places = [number(each, "m") / length for each in inner]
-    outside = [i for i, each in enumerate(places) if not 0.0 < each < 1.0]
-    for i in outside:
-        problems.add((*path, i), f"must lie inside the rod, but is {shown(inner[i])}.")
-    return None if outside else (0.0, *places, 1.0)
+    wrong = {i: "inside the rod" for i, each in enumerate(places) if not 0.0 < each < 1.0}
+    for i in range(1, len(places)):
+        if places[i] <= places[i - 1]:
+            wrong.setdefault(i, f"beyond the place before it, {shown(inner[i - 1])}")
+    for i, rule in wrong.items():
+        problems.add((*path, i), f"must lie {rule}, but is {shown(inner[i])}.")
+    return None if wrong else (0.0, *places, 1.0)
 
 
 def initial(section: schema.Initial, folder: Path, length: float | None, problems: Problems, *, si: bool) -> Start:

@@ -197,14 +197,15 @@ def _nodes(value: Any) -> int | str:
 
 def _angle(value: Any) -> Amount:
     """Take an angle with its unit, which is no scale of the rod: in any scenario; a number where there are no units."""
+    rule = f'must be an angle, such as "30 deg", or a number in rad, but is {given(value)}.'
     if isinstance(value, str) and not _BARE.fullmatch(value):
         try:
             quantity(value, "rad", where="", bare=False)
-        except ArgumentError as error:
-            raise _wrong(str(error)) from None
+        except ArgumentError:
+            raise _wrong(rule) from None
         return value
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong(f'must be text with an angle, such as "30 deg", or a number in rad, but is {given(value)}.')
+        raise _wrong(rule)
     return float(value)
 
 
