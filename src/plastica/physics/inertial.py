@@ -181,6 +181,7 @@ def watch_on(model: Model) -> Callable[[Array], Watch]:
 
     The faster half are vibrations of the grid, not of the rod: their frequencies are wrong by a factor, and to follow
     them in time would cost a thousand times as much as the rod itself. A method that conserves energy leaves them be.
+    With several segments all modes are looked at: the drives of short segments feel the short waves.
     """
     rod, _ = _constants(model)
     layout, w = rod.layout, rod.grid.w
@@ -189,7 +190,7 @@ def watch_on(model: Model) -> Callable[[Array], Watch]:
     root = np.sqrt(w)
     scaled = 0.5 * (mass + mass.T) / np.multiply.outer(root, root)
     _, vectors = np.linalg.eigh(scaled)
-    kept = max(1, (n + 1) // 2)
+    kept = n if rod.segments > 1 else max(1, (n + 1) // 2)
     # Largest first: the inverse squares of the lowest frequencies.
     modes = (root[:, None] * vectors[:, ::-1][:, :kept]).T
     matrix = np.zeros((kept + sheet.stop - n, layout.size))
