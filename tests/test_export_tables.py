@@ -58,6 +58,27 @@ def test_without_variables_it_lists_them(result: Path) -> None:
     assert "shortening (t) [1]" in done.out
 
 
+def check_a_whole_table(result: Path, folder: Path) -> None:
+    """With a file and no variables all of the table is written."""
+    for table, file in (("force-displacement", folder / "loop.csv"), ("moment-curvature", folder / "moment.csv")):
+        names = list(export.table_of(pl.read(result), table).data_vars)
+        done = call("export", str(result), "--table", table, "-o", str(file))
+        assert done.code == 0, done.err
+        assert file.read_text() == call("export", str(result), *names, "--table", table).out
+
+
+def test_a_whole_table_is_written(result: Path, tmp_path: Path) -> None:
+    check_a_whole_table(result, tmp_path)
+
+
+def test_a_table_that_is_only_listed_is_caught(
+    result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(export, "write_csv", lambda dataset, names, path: path)
+    with pytest.raises(FileNotFoundError):
+        check_a_whole_table(result, tmp_path)
+
+
 def test_an_unknown_table_is_refused(result: Path) -> None:
     done = call("export", str(result), "tip_y", "--table", "forces")
     assert done.code == 2

@@ -138,19 +138,20 @@ def new(file: Path, units: Any, inertia: bool) -> int:
     help="What the variables are of: moment and curvature are those at the clamp.",
 )
 def export(result: Path, variables: tuple[str, ...], output: Path | None, table: str) -> int:
-    """Write VARIABLES of a RESULT (.nc) as CSV; without any, list those that it has."""
+    """Write VARIABLES of a RESULT (.nc) as CSV; without any, list those that it has, or write all to --output."""
     from plastica.motion.store import read
     from plastica.study.export import csv_text, table_of, write_csv
 
     dataset = table_of(read(result), table)
-    if not variables:
+    if not variables and output is None:
         for name, variable in dataset.data_vars.items():
             dims = ", ".join(map(str, variable.dims))
             click.echo(f"{name} ({dims}) [{variable.attrs['units']}]: {variable.attrs['long_name']}")
     elif output is None:
         click.echo(csv_text(dataset, variables), nl=False)
     else:
-        click.echo(f"{write_csv(dataset, variables, output)} written")
+        names = variables or tuple(map(str, dataset.data_vars))
+        click.echo(f"{write_csv(dataset, names, output)} written")
     return DONE
 
 
