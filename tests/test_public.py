@@ -38,8 +38,8 @@ SIGNATURES = {
     "times=None, *curvature_rate=0.0, *start=None, *max_steps=200000, *progress=None, *checkpoint=None, "
     "*checkpoint_every=5.0, *resume=False",
     "solve_many": "strut, curvature=0.0, natural_curvature=0.0, thrust=None, parameters=None, until=100.0, rtol=1e-08, "
-    "atol=None, times=None, *thrust_factor=None, *shape_parameters=None, *also=(), *chunk=8192, *workers=1, *library=None, "
-    "*device=None, *progress=None",
+    "atol=None, times=None, *thrust_factor=None, *shape_parameters=None, *also=(), *chunk=8192, *workers=1, "
+    "*library=None, *device=None, *progress=None",
     "equilibrium": "material, gamma, alpha, *specimen=None",
     "equilibria": "material, gamma, alpha=None, *specimen=None",
     "equilibria_at": "gamma, natural_curvature",

@@ -29,7 +29,7 @@ __all__ = ["inertial_jacobian", "inertial_rate", "inertial_unrest", "watch_on"]
 Array = NDArray[np.float64]
 
 SLACK = 1e3
-"""Of the ledger's absolute tolerances when steps are judged by it: it begins at 0 and ripples with the fastest modes."""
+"""Of the ledger's absolute tolerances in judging steps: it begins at 0, and ripples with the fastest modes."""
 
 Moment = Callable[[float, Array], Array]
 
