@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -13,7 +14,7 @@ from PIL import Image
 
 import plastica as pl
 from plastica.errors import ArgumentError
-from plastica.show import arrows, film, loops, plots, style, swings, view
+from plastica.show import arrows, captions, film, loops, plots, style, swings, view
 
 from .pictured import line, material
 from .support import EPS
@@ -222,6 +223,45 @@ def check_arrows() -> None:
 def test_arrows_point_as_the_loads_do() -> None:
     check_arrows()
     assert arrows.arrows(np.zeros(2), np.zeros(2), 0.0, arrows.Pull((0.03, 0.0), 0.0, (0.0, 0.0)), 1.0) == {}
+
+
+def check_labels_apart() -> None:
+    """The words beside the panels of the loads, one above the other, do not run into each other."""
+    sagging = pl.Load(thrust="0.1 N", transverse="0.8 N", weight="0.35 N/m", weight_angle="-90 deg")
+    held = pl.solve(run("let go").model.with_load(sagging), until="1 ms", rtol=1e-4)
+    for solution in (run("rod"), run("pieces"), held):
+        figure = plots.loads(solution)
+        figure.draw_without_rendering()
+        boxes = [ax.yaxis.label.get_window_extent() for ax in figure.axes]
+        assert len(boxes) == len(solution.model.loads.sources()) > 1
+        assert boxes[0].y1 <= figure.bbox.y1
+        assert boxes[-1].y0 >= figure.bbox.y0
+        for above, below in pairwise(boxes):
+            assert above.y0 >= below.y1
+
+
+def test_words_beside_loads_are_apart() -> None:
+    check_labels_apart()
+
+
+def check_nothing_is_logged() -> None:
+    """Matplotlib has nothing to say, on standard error, of any picture of a rod that a page has."""
+    heard: list[str] = []
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: heard.append(record.getMessage())  # type: ignore[method-assign]
+    logger = logging.getLogger("matplotlib")
+    logger.addHandler(handler)
+    try:
+        for name in ("let go", "pieces"):
+            for picture in captions.shown(view.view(run(name))):
+                pl.plot(run(name), picture).savefig("/dev/null", format="png", dpi=20)
+    finally:
+        logger.removeHandler(handler)
+    assert heard == []
+
+
+def test_pictures_are_drawn_in_silence() -> None:
+    check_nothing_is_logged()
 
 
 def check_film_of_loads() -> None:

@@ -8,9 +8,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from plastica.motion import histories
-from plastica.show import arrows, captions, checks, film, inputs, loops, memory, outlook, plots, rods, swings, view
+from plastica.show import (
+    arrows,
+    captions,
+    checks,
+    film,
+    inputs,
+    loops,
+    memory,
+    outlook,
+    panels,
+    plots,
+    rods,
+    swings,
+    view,
+)
 from tests import test_histories, test_report_rods, test_show_rods
 from tests.defects import Patch, replacing
 from tests.test_teeth import CAUGHT
@@ -30,6 +45,8 @@ CHECKS: dict[str, Check] = {
     "reactions as drawn": test_show_rods.check_reactions,
     "path as drawn": test_show_rods.check_path,
     "segments as drawn": test_show_rods.check_segments,
+    "words beside loads": test_show_rods.check_labels_apart,
+    "drawn in silence": test_show_rods.check_nothing_is_logged,
     "arcs as drawn": test_show_rods.check_arcs,
     "arrows": test_show_rods.check_arrows,
     "arrows of a film": test_show_rods.check_film_of_loads,
@@ -145,6 +162,11 @@ def fewer_rows(sound: Any) -> Any:
     return section
 
 
+def data_limits(sound: Any) -> Any:
+    """Equal axes by other limits than those that were set."""
+    return lambda self, aspect, **options: sound(self, aspect, adjustable="datalim" if aspect == "equal" else None)
+
+
 def spoiled_view(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
     return replacing(view.View, name, made)
 
@@ -177,6 +199,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "no reason given": replacing(outlook, "_why_none", lambda sound: lambda subject: ""),
     "a ledger without motion": replacing(checks, "Section", fewer_rows),
     "bounds without motion": replacing(checks, "kinetic_energy", lambda sound: lambda *a: 0.0),
+    "words on one line": replacing(panels, "fill", lambda sound: lambda text, width: text),
+    "limits that cannot be kept": replacing(Axes, "set_aspect", data_limits),
     "every picture for every run": replacing(captions, "shown", lambda sound: lambda seen: tuple(plots.PICTURES)),
 }
 
@@ -193,6 +217,8 @@ TEETH = [
     ("kinetic energy as drawn", "no kinetic energy"),
     ("velocities as drawn", "along taken for across"),
     ("reactions as drawn", "reactions without weight"),
+    ("words beside loads", "words on one line"),
+    ("drawn in silence", "limits that cannot be kept"),
     ("path as drawn", "a path across alone"),
     ("segments as drawn", "all segments alike"),
     ("arcs as drawn", "one arc for the whole rod"),

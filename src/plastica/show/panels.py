@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,6 +14,7 @@ from plastica.physics.load import LOAD_KINDS
 from plastica.physics.scales import KINDS
 from plastica.show.style import DIVERGING, INK, MUTED, ROLES, SEQUENTIAL, direct_labels, room
 from plastica.show.view import View, frame_times
+from plastica.show.words import pretty
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,6 +43,9 @@ PLACES: Final = np.linspace(0.0, 1.0, 161)
 
 MAP_SIZE: Final = (160, 420)
 """Places and times of the curvature map."""
+
+LABEL: Final = 22
+"""Letters beside a panel for one load; longer words go on in a second line."""
 
 LOAD_WORDS: Final = {
     "thrust": "Thrust",
@@ -269,13 +274,13 @@ def load_panels(axes: list[Axes], seen: View) -> None:
         ax.fill_between(seen.time(t), 0.0, axis(values), color=colour, alpha=0.12, linewidth=0.0)
         seen.time.apply(ax, label=i == len(axes) - 1)
         room(ax, axis(values), [0.0])
-        ax.set_ylabel(axis.label)
+        ax.set_ylabel(fill(axis.label, LABEL))
 
 
 def _load_words(seen: View, name: str) -> str:
     """What a load is, with the direction of a weight that is not toward the clamp."""
     angle = seen.solution.model.loads.weight_angle
-    at = f" at {np.degrees(angle):.4g}°" if name == "weight" and angle else ""
+    at = pretty(f" at {np.degrees(angle):.4g}°") if name == "weight" and angle else ""
     return f"{LOAD_WORDS[name]}{at}"
 
 
