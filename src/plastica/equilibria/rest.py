@@ -25,13 +25,16 @@ from plastica.physics.model import Model
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Rest", "rest", "settle"]
+__all__ = ["Rest", "rest", "settle", "unstable_directions"]
 
 Array = NDArray[np.float64]
 
 MOST_STEPS = 500
 CONVERGED = 1e-13
 """Residual, relative to the largest curvature or one, at which the rod is at rest to rounding."""
+
+EDGE = 1e-12
+"""Rate of growth that rounding can give a shape at the edge of stability."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,8 +222,26 @@ def _symmetric_spectrum(jacobian: Array, model: Model) -> Array:
     return np.asarray(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
 
 
+def unstable_directions(model: Model, mu: Array, mu_nat: float | Array) -> int:
+    """Count the unstable directions of a static shape under constant loads, at frozen natural curvature.
+
+    Inertia and damping change how fast a disturbance grows, not whether it does: the loads have a potential.
+
+    Parameters
+    ----------
+    model : Strut or Rod
+        The rod, its loads constant.
+    mu : ndarray, shape (n,)
+        Dimensionless curvature at the nodes.
+    mu_nat : float, or ndarray of shape (m,) with several segments
+        Dimensionless natural curvature.
+    """
+    _, stiffness = _statics(model, mu_nat)
+    return int(np.count_nonzero(_symmetric_spectrum(stiffness(mu), model) > EDGE))
+
+
 def _finished(model: Model, mu: Array, mu_nat: float | Array, residual: float) -> Rest:
-    unstable = int((_symmetric_spectrum(_statics(model, mu_nat)[1](mu), model) > 0.0).sum())
+    unstable = unstable_directions(model, mu, mu_nat)
     converged = residual <= 100.0 * CONVERGED * max(1.0, float(np.abs(mu).max()))
     if not converged:
         sentence = f"No static shape found: {residual:.1e} of the balance of moments is left."

@@ -45,55 +45,28 @@ def limit_of(solution: Solution) -> Limit | None:
     return predict_limit(strut, y[:n] * strut.scales.curvature, float(y[n]) * strut.scales.curvature)
 
 
-def natural_without_load(solution: Solution, *, longest: float = LAST_LOOK) -> Array:
+def natural_without_load(solution: Solution) -> Array:
     """Return the natural curvature that a finished motion leaves once the rod has been let go and has come to rest.
 
-    A strut's motion is followed without its loads, for on the way back it may yield again: with one segment until the
-    limit can be told, with several, which then no longer know of each other, until each has relaxed onto its natural
-    shape. A rod with inertia is taken to be let go so slowly that it does not swing.
+    For on the way back it may yield again: see `equilibria.unloaded`. A rod with inertia is taken to be let go so
+    gently that it does not swing.
 
     Parameters
     ----------
     solution : Solution
         The motion.
-    longest : float
-        Retardation times after which to give up.
 
     Returns
     -------
     ndarray, shape () or (m,)
         Dimensionless; the present natural curvature where it cannot be told.
     """
-    strut, end = solution.model, solution.history.end
-    now = np.array(strut.layout.natural(solution.history.y[-1]))
+    model, state = solution.model, solution.history.y[-1]
+    now = np.array(model.layout.natural(state))
     if not solution.status.ok:
         return now
-    if not isinstance(strut, Strut):
-        return left_without_load(strut.laws, now)
-    known = solution.limit if all(program(end) == 0.0 for _, program in strut.loads.items()) else None
-    if known is None or known.kind == "undecided":
-        until = (end + FIRST_LOOK) * strut.scales.time
-        sol = solve(strut.with_load(Load()), start=solution, until=until, rtol=max(1e-8, solution.rtol))
-        if strut.segments > 1:
-            return left_without_load(strut.laws, strut.layout.natural(sol.history.y[-1])) if sol.status.ok else now
-        known, sol = _waited(sol, end, longest)
-        known = known if sol.status.ok else None
-    if known is None or known.equilibrium is None:
-        return now
-    # An interior limit is a natural curvature that never moves again: its bits are those of the last state.
-    moves = known.kind == "limiting" or abs(known.equilibrium.mu_nat - float(now)) > 1e-9
-    return np.array(known.equilibrium.mu_nat) if moves else now
-
-
-def _waited(sol: Solution, since: float, longest: float) -> tuple[Limit | None, Solution]:
-    """Go on three times as long, counted from `since`, while the limit is undecided and the integration goes well."""
-    later = FIRST_LOOK
-    while True:
-        limit = limit_of(sol)
-        later *= 3.0
-        if limit is None or limit.kind != "undecided" or not sol.status.ok or later > longest:
-            return limit, sol
-        sol = solve(sol.model, start=sol, until=(since + later) * sol.model.scales.time, rtol=sol.rtol)
+    mean = model.division.mean(model.layout.mu(state))
+    return left_without_load(model.laws, float(model.damping), mean, now)
 
 
 def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e-10) -> tuple[Array, float]:
@@ -164,8 +137,11 @@ def omega_limit(
     uniform_strut(strut, "strut")
     if strut.grid.nodes == "auto":
         strut = strut.with_grid(Grid(24, strut.grid.breaks))
-    sol = solve(strut, curvature, natural_curvature, until=FIRST_LOOK * strut.scales.time, rtol=rtol)
-    limit, _ = _waited(sol, 0.0, longest)
-    if limit is None:
-        raise ArgumentError("must be a constant thrust alone for a limit to exist", where="load", value=strut.load)
-    return limit
+    later = FIRST_LOOK
+    sol = solve(strut, curvature, natural_curvature, until=later * strut.scales.time, rtol=rtol)
+    while (limit := limit_of(sol)) is not None:
+        later *= 3.0
+        if limit.kind != "undecided" or not sol.status.ok or later > longest:
+            return limit
+        sol = solve(sol.model, start=sol, until=later * strut.scales.time, rtol=rtol)
+    raise ArgumentError("must be a constant thrust alone for a limit to exist", where="load", value=strut.load)

@@ -49,8 +49,8 @@ class Outcome:
     Attributes
     ----------
     shape : str
-        "straight" (no tangent angle above 0.01 rad), "buckled" (under thrust alone, above 0.1 rad and at least twice
-        the angle it began with), or "bent".
+        "straight" (no tangent angle above 0.01 rad), "buckled" (under thrust, with or without a weight toward the
+        clamp, above 0.1 rad and at least twice the angle it began with), or "bent".
     memory : str
         "springs back" (the natural curvature is, to the last bit, what it was at the very first start, and would stay
         so without load) or "permanent set".
@@ -93,8 +93,8 @@ class Outcome:
 def outcome(solution: Solution) -> Outcome:
     """Judge the last state of a solution.
 
-    What is kept is found by letting the rod go: where loads act at the end, the motion is followed without them until
-    its limit can be told, for on the way back a rod may yield again.
+    What is kept is found by letting the rod go: it is followed without its loads until it has come to rest, for on the
+    way back it may yield again.
     """
     from plastica.motion.longtime import natural_without_load
 
@@ -140,7 +140,8 @@ def _shape(solution: Solution) -> str:
     if angle <= STRAIGHT:
         return "straight"
     loads, end = strut.loads, solution.history.end
-    thrust_alone = not {"transverse", "couple"} & dict(loads.sources()).keys() and loads.thrust(end) > 0.0
+    across = {"transverse", "couple", *(("weight",) if loads.weight_direction[1] else ())}
+    thrust_alone = not across & dict(loads.sources()).keys() and loads.thrust(end) > 0.0
     began = max(_largest_angle(solution, first), float(np.abs(strut.layout.natural(first)).max()))
     return "buckled" if thrust_alone and angle > BENT and angle > 2.0 * began else "bent"
 
@@ -155,7 +156,9 @@ def _headline(solution: Solution, shape: str, memory: str, released: bool) -> st
     kept = memory == "permanent set"
     if released and not kept:
         mu = solution.model.layout.mu(solution.history.y)
-        return "Springs back" if float(np.ptp(mu, axis=0).max()) > ARRIVED else "Stays at rest"
+        if float(np.ptp(mu, axis=0).max()) <= ARRIVED:
+            return "Stays at rest"
+        return "Swings on" if solution.model.damping == 0.0 else "Springs back"
     if released:
         return "Takes a permanent set"
     doing = {"straight": "Stays straight", "buckled": "Buckles", "bent": "Bends"}[shape]
@@ -188,8 +191,10 @@ def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) 
     tip = length(float(np.sin(strut.angle(strut.layout.mu(last))) @ strut.grid.w))
     where = f"After {now} the free end is {tip} off the clamp's axis"
     if memory == "springs back":
+        ends = "returns to" if strut.damping > 0.0 else "swings about"
+        ends = "keeps" if headline == "Stays at rest" else ends
         return (
-            f"{headline}. {where}; the natural curvature has not moved at all, so without load the rod returns to its "
+            f"{headline}. {where}; the natural curvature has not moved at all, so without load the rod {ends} its "
             "first natural shape."
         )
     values = np.atleast_1d(began), np.atleast_1d(strut.layout.natural(last)), np.atleast_1d(left)
@@ -200,6 +205,11 @@ def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) 
     if abs(end - natural) > 1e-4 * max(1.0, abs(end)):
         going = "creeps on" if all(load(solution.history.end) == 0.0 for _, load in strut.loads.items()) else "would go"
         moved += f" and {going} to {curvature(end)} without load"
+    if strut.damping == 0.0:
+        return (
+            f"{headline}. {where}; {moved}. Without load the free end swings about a place {length(off)} away from the "
+            "first."
+        )
     return (
         f"{headline}. {where}; {moved}. Without load the free end comes to rest {length(off)} away from where it did "
         "at first."
@@ -207,8 +217,11 @@ def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) 
 
 
 def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> str:
-    strut = solution.model
-    threshold = float(strut.threshold(strut.layout.natural(solution.history.y[-1])).min())
+    strut, last = solution.model, solution.history.y[-1]
+    mu_nat = strut.layout.natural(last)
+    thresholds = np.atleast_1d(strut.threshold(mu_nat))
+    nearest = int(np.argmax(np.abs(strut.drive(strut.layout.mu(last), mu_nat)) - thresholds))
+    threshold = float(thresholds[nearest])
     speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
     rates = "Nothing moves any more that double precision could show."
     if max(speed, natural) > STILL:
@@ -216,14 +229,16 @@ def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> s
     amount = _show(solution, abs(excess), "drive", "N*m**2", "EI")
     ratio = abs(excess) / threshold if threshold > 0.0 else float("inf")
     share = f"{ratio:.2g} {'of' if ratio < 1.0 else 'times'} it" if np.isfinite(ratio) else "of no size"
+    several = strut.segments > 1
     if excess <= 0.0:
-        return (
-            f"The drive is within its threshold, by {amount} ({share}): while that lasts the natural curvature "
-            f"stays as it is and the rest of the way is visco-elastic. {rates}"
-        )
-    return (
-        f"The drive is still above its threshold, by {amount} ({share}): the natural curvature goes on moving. {rates}"
-    )
+        rest = "the rest of the way is visco-elastic" if strut.damping > 0.0 else "the motion is elastic"
+        within = f"The drive is within its threshold, by {amount} ({share})"
+        if several:
+            least = f"that of segment {nearest + 1} by the least, {amount} ({share})"
+            within = f"All drives are within their thresholds, {least}"
+        return f"{within}: while that lasts the natural curvature stays as it is and {rest}. {rates}"
+    which = f" of segment {nearest + 1} is farthest" if several else " is still"
+    return f"The drive{which} above its threshold, by {amount} ({share}): the natural curvature goes on moving. {rates}"
 
 
 def _end(solution: Solution) -> str:

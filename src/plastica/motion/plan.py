@@ -228,12 +228,7 @@ def make_problem(
         y0 = strut.layout.pack(mu, mu_nat, None if speed is None else nodal_values(speed, grid, "curvature_rate"))
         first = np.array(mu_nat)
     else:
-        if not all(
-            isinstance(plain(given), float) and given == 0.0 for given in (curvature, natural_curvature, curvature_rate)
-        ):
-            raise ArgumentError(
-                "must not be given together with `start`, whose last state is gone on from", where="curvature"
-            )
+        _refuse_starts(curvature=curvature, natural_curvature=natural_curvature, curvature_rate=curvature_rate)
         strut, y0 = _taken_up(model, start)
         words, first = "the last state of a former run", start.first_natural
     added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
@@ -245,6 +240,14 @@ def make_problem(
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
     amplitude = max(float(np.abs(y0[: strut.layout.natural_columns.stop]).max()), loads, _swing(strut, y0))
     return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first)
+
+
+def _refuse_starts(**starts: Curvature | NaturalCurvature) -> None:
+    for name, given in starts.items():
+        if not (isinstance(plain(given), float) and given == 0.0):
+            raise ArgumentError(
+                "must not be given together with `start`, whose last state is gone on from", where=name, value=given
+            )
 
 
 def _initial_rate(given: Curvature, model: Model, grid: Grid) -> tuple[Shape | None, Grid]:

@@ -161,15 +161,25 @@ class _Given(NamedTuple):
 
 def _told_where_it_ends(solution: Solution) -> Solution:
     """A run that was to go on until rest says what it stopped short of, or that it rests where it cannot stay."""
-    limit = solution.limit if solution.status.ok else None
-    if limit is None or limit.equilibrium is None:
-        return solution
-    sentence = solution.status.sentence
-    if solution.status.code == "creeping":
-        sentence += f" {limit.sentence}"
-    elif not limit.stable:
-        sentence += " But it is unstable there: the least disturbance would set it off."
-    return replace(solution, status=replace(solution.status, sentence=sentence))
+    code, limit = solution.status.code, solution.limit if solution.status.ok else None
+    told = None if limit is None or limit.equilibrium is None else limit
+    said = ""
+    if code == "creeping" and told is not None:
+        said = f" {told.sentence}"
+    elif code == "equilibrium" and not (_rests_stably(solution) if told is None else told.stable):
+        said = " But it is unstable there: the least disturbance would set it off."
+    return replace(solution, status=replace(solution.status, sentence=solution.status.sentence + said))
+
+
+def _rests_stably(solution: Solution) -> bool:
+    """Whether the last state, at rest under loads that have become constant, is a stable shape."""
+    from plastica.equilibria.at_rest import held_load
+    from plastica.equilibria.rest import unstable_directions
+
+    model, end = solution.model, solution.history.end
+    held = model.with_load(held_load(model.load, end * model.scales.time))
+    state = solution.history.y[-1]
+    return unstable_directions(held, model.layout.mu(state), model.layout.natural(state)) == 0
 
 
 @dataclass(frozen=True, eq=False)
