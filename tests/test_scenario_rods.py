@@ -237,6 +237,49 @@ def test_check_tells_the_numbers_of_the_rod(tmp_path: Path) -> None:
     assert "0.2, -0.1" in words
 
 
+LARGEST = {
+    'force = "cos(3*t)"\nangle = "120 deg"\nweight = 0.5\nweight_angle = "90 deg"': (
+        {"thrust": -0.5, "transverse": math.sin(math.pi / 1.5), "weight": 0.5},
+        {"largest tension, in EI/L²": "0.5", "largest transverse force, in EI/L²": "0.866"},
+    ),
+    'couple = { program = "cycles", low = -2.0, high = 1.0, period = 0.1, count = 1 }': (
+        {"thrust": 0.0, "couple": 2.0},
+        {"largest couple, in EI/L": "2"},
+    ),
+    "thrust = 2.0\nweight = 1.5": (
+        {"thrust": 2.0, "weight": 1.5},
+        {"largest thrust, in EI/L²": "2", "Euler loads π²/4": "0.8106", "largest weight per length, in EI/L³": "1.5"},
+    ),
+}
+
+
+def check_largest_loads(folder: Path) -> None:
+    """Every load that acts is told at its largest, a pull as a pull; of an absent thrust nothing is said."""
+    for load, (groups, words) in LARGEST.items():
+        file = written(folder, rod_scenario(load=load))
+        told = json.loads(call("check", file, "--json").out)["groups"]
+        scales = {"thrust": "EI_per_L2", "transverse": "EI_per_L2", "couple": "EI_per_L", "weight": "EI_per_L3"}
+        for name, scale in scales.items():
+            found = told.get(f"{name}_over_{scale}")
+            assert (found is None) == (name not in groups)
+            assert found is None or abs(found - groups[name]) <= 4 * EPS * abs(groups[name])
+        rows = [line.strip() for line in call("check", file).out.splitlines()]
+        for name, value in words.items():
+            assert any(name in line and line.endswith(f" {value}") for line in rows), (name, rows)
+        assert any("largest thrust" in line for line in rows) == (groups["thrust"] > 0.0)
+
+
+def test_check_tells_the_largest_loads(tmp_path: Path) -> None:
+    check_largest_loads(tmp_path)
+
+
+def test_parameters_are_told_with_six_digits(tmp_path: Path) -> None:
+    given = 'name = "one-shape"\nparameters = { k = "0.12300000000000003 N*m**2", h = "1.23456789 N*m**2" }'
+    words = call("check", written(tmp_path, si_scenario(material=given))).out
+    assert " 0.123 N*m**2" in words
+    assert " 1.23457 N*m**2" in words
+
+
 def test_run_and_show_tell_how_it_swings(tmp_path: Path) -> None:
     file = written(tmp_path, rod_scenario(output='film = "none"\nreport = false\ncsv = ["natural_curvature"]'))
     answer = call("run", file, "--output", tmp_path / "out", "--json")

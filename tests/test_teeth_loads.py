@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from plastica.doors import numbers
 from plastica.physics import load, section
 from plastica.physics.inertia import Inertia
 from plastica.physics.load import Load
@@ -46,6 +47,7 @@ CHECKS: dict[str, Check] = {
     "all mistakes at once": test_scenario_rods.check_all_mistakes_at_once,
     "what has no meaning": each_meaningless,
     "export by segment": test_scenario_rods.check_export_by_segment,
+    "largest loads": test_scenario_rods.check_largest_loads,
 }
 
 
@@ -119,6 +121,11 @@ def straight(sound: Any) -> Any:
     return lambda section, *a, **k: sound(section.model_copy(update={"weight_angle": None}), *a, **k)
 
 
+def upper(_sound: Any) -> Any:
+    """The greatest value of a load taken for the largest, of whatever sign."""
+    return lambda bounds: float(bounds[1])
+
+
 def unordered(sound: Any) -> Any:
     """Places along the rod are taken in any order."""
     return lambda inner, *arguments: sound(sorted(inner, key=str), *arguments)
@@ -156,6 +163,7 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
         "nothing is said of inertia",
         replacing(rods, "check_inertia", lambda _: lambda *a, **k: None),
     ),
+    ("largest loads", "a pull that is not seen", replacing(numbers, "_largest", upper)),
     ("what has no meaning", "places in any order", replacing(building, "_ends", unordered)),
     (
         "export by segment",

@@ -100,10 +100,9 @@ def quantity(value: str | float, unit: str, *, where: str, bare: bool) -> float:
     due = dimension_of(unit)
     if not isinstance(value, str):
         magnitude, dimension = _plain_number(value, where), None
-    elif _is_bare(value):
-        magnitude, dimension = parse_quantity(value, where=where)[0], None
     else:
-        magnitude, dimension = parse_quantity(value, where=where)
+        magnitude, read = parse_quantity(value, where=where)
+        dimension = None if _is_bare(value) else read
     if dimension is None and not bare and due != DIMENSIONLESS:
         raise ArgumentError(
             f"must carry a unit such as {unit}",

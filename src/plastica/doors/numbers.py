@@ -155,16 +155,30 @@ def check_facts(scenario: Scenario) -> dict[str, Any]:
     }
 
 
+_LOAD_SCALES = {"transverse": "EI_per_L2", "couple": "EI_per_L", "weight": "EI_per_L3"}
+
+
+def _largest(bounds: tuple[float, float]) -> float:
+    """Return the one of two bounds that is larger in magnitude."""
+    least, most = bounds
+    return float(most if most >= -least else least)
+
+
 def _groups(scenario: Scenario) -> dict[str, Any]:
     """The dimensionless numbers that decide what happens; loads at their largest, drive at the start."""
     model, y = scenario.problem.strut, scenario.problem.y0
     mu, natural = model.layout.mu(y), model.layout.natural(y)
-    least, most = model.loads.thrust.extreme(scenario.plan.end)
-    thrust = most if most >= -least else least
+    thrust = _largest(model.loads.thrust.extreme(scenario.plan.end))
+    others = {
+        f"{name}_over_{_LOAD_SCALES[name]}": abs(_largest(program.extreme(scenario.plan.end)))
+        for name, program in model.loads.sources()
+        if name in _LOAD_SCALES
+    }
     threshold = model.threshold(natural)
     groups = {
-        "thrust_over_EI_per_L2": float(thrust),
-        "thrust_over_euler": float(thrust) / (math.pi**2 / 4.0),
+        "thrust_over_EI_per_L2": thrust,
+        "thrust_over_euler": thrust / (math.pi**2 / 4.0),
+        **others,
         "threshold_over_EI": _plain(threshold),
         "drive_over_threshold_at_start": _plain(model.drive(mu, natural) / threshold),
         "natural_curvature_times_L": _plain(natural),

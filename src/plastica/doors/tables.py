@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plastica.doors.numbers import shown
+from plastica.show.words import parameter
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,6 +18,9 @@ __all__ = ["pairs", "print_batch", "print_check", "print_result", "row"]
 _GROUPS = {
     "thrust_over_EI_per_L2": "largest thrust, in EI/L²",
     "thrust_over_euler": "largest thrust, in Euler loads π²/4",
+    "transverse_over_EI_per_L2": "largest transverse force, in EI/L²",
+    "couple_over_EI_per_L": "largest couple, in EI/L",
+    "weight_over_EI_per_L3": "largest weight per length, in EI/L³",
     "threshold_over_EI": "threshold, in EI",
     "drive_over_threshold_at_start": "drive at the start, in thresholds",
     "natural_curvature_times_L": "natural curvature at the start, times L",
@@ -25,6 +29,10 @@ _GROUPS = {
     "damping": "damping, retardation time over T",
     "time_unit": "T, the unit of time inside",
 }
+
+
+_THRUST = ("thrust_over_EI_per_L2", "thrust_over_euler")
+_OTHER_LOADS = {"transverse_over_EI_per_L2", "couple_over_EI_per_L", "weight_over_EI_per_L3"}
 
 
 def pairs(title: str) -> Table:
@@ -92,8 +100,8 @@ def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) 
     """Print what was understood of a scenario."""
     table = pairs(facts["title"] or str(facts["scenario"]))
     row(table, "scenario", f"{facts['scenario']} can be run")
-    for key, value in facts["groups"].items():
-        row(table, _GROUPS[key], shown(value, "s" if key == "time_unit" and facts["units"] == "SI" else ""))
+    for name, value in _group_words(facts["groups"], si=facts["units"] == "SI"):
+        row(table, name, value)
     row(table, "loads", facts["loads"])
     row(table, "initial curvature", facts["initial_curvature"])
     material = facts["material"]
@@ -101,7 +109,7 @@ def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) 
     for law in ("preference", "flow", "threshold"):
         row(table, f"  {law}", material[law])
     for name, value in material["parameters"].items():
-        row(table, f"  {name}", value)
+        row(table, f"  {name}", parameter(value))
     for verdict in facts["admissibility"]:
         row(table, "holds" if verdict["holds"] else "FAILS", verdict["sentence"])
     for words in _plan_words(facts["plan"]):
@@ -113,15 +121,28 @@ def print_check(console: Console, facts: dict[str, Any], files: Sequence[Path]) 
     console.print(table)
 
 
+def _group_words(groups: dict[str, Any], *, si: bool) -> list[tuple[str, str]]:
+    """The dimensionless groups in words; of the thrust what there is of it, push or pull."""
+    rows = [
+        (_GROUPS[key], shown(value, "s" if key == "time_unit" and si else ""))
+        for key, value in groups.items()
+        if key not in _THRUST
+    ]
+    thrust = [(_GROUPS[key], shown(groups[key], "")) for key in _THRUST]
+    if groups[_THRUST[0]] < 0.0:
+        thrust = [("largest tension, in EI/L²", shown(-groups[_THRUST[0]], ""))]
+    elif groups[_THRUST[0]] == 0.0 and groups.keys() & _OTHER_LOADS:
+        thrust = []
+    return [*thrust, *rows]
+
+
 def _plan_words(plan: dict[str, Any]) -> list[tuple[str, str]]:
     words = "units of time" if plan["retardation_times"] is None else "retardation times"
     span = "" if plan["time_units"] is None else f" ({plan['time_units']:.4g} {words})"
     nodes = "as many nodes as the motion needs" if plan["nodes"] == "auto" else f"{plan['nodes']} nodes"
     elements = "1 element" if plan["elements"] == 1 else f"each of {plan['elements']} elements"
-    landings = (
-        "no jumps or corners of the load"
-        if not plan["landings"]
-        else f"{plan['landings']} jumps or corners of the load"
+    landings = {0: "no jump or corner of the load", 1: "1 jump or corner of the load"}.get(
+        plan["landings"], f"{plan['landings']} jumps or corners of the load"
     )
     return [
         ("until", f"{plan['until']}{span}"),

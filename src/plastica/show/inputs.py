@@ -14,7 +14,7 @@ from plastica.physics.model import Model
 from plastica.physics.rod import Rod
 from plastica.show.panels import LOAD_WORDS
 from plastica.show.subject import Section, Subject
-from plastica.show.words import number, pretty
+from plastica.show.words import number, parameter, pretty
 from plastica.units import looks_like_quantity
 
 __all__ = ["admissibility", "parameters"]
@@ -34,10 +34,7 @@ def parameters(subject: Subject) -> Section:
         "source": material.source,
         "about": _about(material.name),
         "laws": _laws(model),
-        "values": [
-            (name, pretty(value) if isinstance(value, str) else number(value, 6))
-            for name, value in material.parameters.items()
-        ],
+        "values": [(name, pretty(parameter(value))) for name, value in material.parameters.items()],
         "load": _load(subject),
         "start": _start(subject),
         "groups": _groups(subject),

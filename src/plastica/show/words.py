@@ -14,7 +14,7 @@ from plastica.units import format_quantity
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["SYMBOLS", "Writer", "amount", "how_it_ended", "number", "pretty"]
+__all__ = ["SYMBOLS", "Writer", "amount", "how_it_ended", "number", "parameter", "pretty"]
 
 SYMBOLS: Final = {
     "length": "L",
@@ -37,6 +37,7 @@ _MICRO: Final = re.compile(r"(?<=[\d ])u(?=(?:m|s|N|J|Pa|W)\b)")
 _INVERSE: Final = re.compile(r"(?<=\d) 1/m\b")
 _PER_LENGTH: Final = re.compile(r"(?<=\d) /L\b")
 _EXPONENT: Final = re.compile(r"(?<=\d)e([+-]\d+)")
+_LEADING: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _MINUS: Final = re.compile(r"(?<![\w.)])-(?=\d)")
 
 
@@ -46,6 +47,14 @@ def pretty(text: str) -> str:
     text = _PER_LENGTH.sub("/L", _INVERSE.sub(" m⁻¹", text))
     text = _POWER.sub(lambda power: power[1].translate(_SUPERSCRIPTS), text)
     return _MINUS.sub("−", _MICRO.sub("µ", _PRODUCT.sub("·", text)))
+
+
+def parameter(value: float | str) -> str:
+    """Write a parameter of a law: six digits, and its unit as it is."""
+    if not isinstance(value, str):
+        return f"{value:.6g}"
+    given = _LEADING.match(value)
+    return value if given is None else f"{float(given[0]):.6g}{value[given.end() :]}"
 
 
 def _power_of_ten(power: int) -> str:
