@@ -173,11 +173,11 @@ def test_ledger(kind: str, segments: int, load: str) -> None:
         check_liapunov(sol)
 
 
-@pytest.mark.parametrize("segments", [1, 2])
+@pytest.mark.parametrize("segments", [1, 2, 5])
 def test_ledger_without_damping_by_the_default_method(segments: int) -> None:
     """Loads that begin and end smoothly, as the default method of undamped rods wants them."""
     load = pl.Load(thrust="2*sin(t)**2", transverse="0.8*sin(t)**2")
-    sol = pl.solve(model(load, nodes=6, segments=segments, inertia=ELASTIC), until=5.0, rtol=RTOL)
+    sol = pl.solve(model(load, nodes=4, segments=segments, inertia=ELASTIC), until=5.0, rtol=RTOL)
     assert sol.status.ok
     check_ledger(sol)
 
@@ -185,7 +185,7 @@ def test_ledger_without_damping_by_the_default_method(segments: int) -> None:
 def drift(rtol: float, method: str = "auto") -> float:
     """Largest change of the total energy of an elastic rod under constant loads, over a long run."""
     made = model(LOADS["constant"], nodes=4, material=NEVER, inertia=ELASTIC)
-    sol = pl.solve(made, "0.5*cos(pi*s/2)", 0.2, until=30.0, rtol=rtol, method=method)
+    sol = pl.solve(made, "0.5*cos(pi*s/2)", 0.2, until=20.0, rtol=rtol, method=method)
     energy = sol.dataset.liapunov.to_numpy()
     assert float(np.ptp(sol.dataset.kinetic_energy.to_numpy())) > 0.05
     return float(np.abs(energy - energy[0]).max())
