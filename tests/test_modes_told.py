@@ -178,7 +178,7 @@ def test_mistakes() -> None:
         "at rest under its loads": (other, place),
         "still moves": (rod(damping=0.1), moving),
         "natural segments": (two, place),
-        "under the thrust of the rod": (other, pl.equilibrium(ELASTIC, 1.8, 0.0)),
+        "must be the thrust of the rod": (other, pl.equilibrium(ELASTIC, 1.8, 0.0)),
         "a thrust alone": (model, pl.equilibrium(ELASTIC, 1.1, 0.0)),
     }.items():
         with pytest.raises(ArgumentError, match=rule):

@@ -29,10 +29,10 @@ from tests.commandline import scenario, written
 PATIENCE = 240.0
 """Seconds in which anything that is waited for must happen, on a machine that is busy."""
 
-CHUNKS = 24
-# One by one, since a couple is varied; long enough that a kill meets a chunk under way.
-TEXT = scenario(solve="until = 400.0", grid="nodes = 24") + (
-    "[sweep]\nchunk = 3\n[sweep.over]\n"
+CHUNKS, CHUNK = 36, 2
+# One by one, since a couple is varied; long enough that a kill or a stop meets a chunk under way, and many are left.
+TEXT = scenario(solve="until = 20000.0", grid="nodes = 48") + (
+    f"[sweep]\nchunk = {CHUNK}\n[sweep.over]\n"
     '"load.couple" = { from = 0.0, to = 0.2, count = 8 }\n"load.thrust" = { from = 2.0, to = 6.0, count = 9 }\n'
 )
 
@@ -123,11 +123,11 @@ def test_local_workers_and_commands_may_be_killed(whole: dict[str, bytes], tmp_p
     store, command = tmp_path / "s.sweep", plastica("sweep", "strut.toml", "--store", "s.sweep", "--workers", "2")
     # A worker is killed: another takes its place.
     with started(*command, folder=tmp_path, name="first") as first:
-        wait(lambda: len(logged(store)) >= 3, "the first chunks", first)
+        wait(lambda: len(logged(store)) >= 2, "the first chunks", first)
         victim, *_ = workers_of(first)
         os.kill(victim, signal.SIGKILL)
         there = len(logged(store))
-        wait(lambda: len(logged(store)) >= there + 4, "chunks after a worker was killed", first)
+        wait(lambda: len(logged(store)) >= there + 2, "chunks after a worker was killed", first)
         # The command itself is killed: its workers end with it.
         left = workers_of(first)
         assert victim not in left
@@ -139,7 +139,7 @@ def test_local_workers_and_commands_may_be_killed(whole: dict[str, bytes], tmp_p
     assert max(Counter(done).values()) == 1
     # Ctrl-C: exit code 130, with what to do next.
     with started(*command, folder=tmp_path, name="second") as second:
-        wait(lambda: len(logged(store)) >= len(done) + 3, "chunks of the second command", second)
+        wait(lambda: len(logged(store)) >= len(done) + 1, "chunks of the second command", second)
         left = workers_of(second)
         os.killpg(second.pid, signal.SIGINT)
         assert second.wait(PATIENCE) == 130
@@ -149,7 +149,7 @@ def test_local_workers_and_commands_may_be_killed(whole: dict[str, bytes], tmp_p
     assert "Traceback" not in said
     with started(*command, folder=tmp_path, name="third") as third:
         assert third.wait(PATIENCE) == 0
-    assert f"{3 * CHUNKS} done" in (tmp_path / "third.txt").read_text()
+    assert f"{CHUNK * CHUNKS} done" in (tmp_path / "third.txt").read_text()
     check_finished(store, whole)
 
 
@@ -169,9 +169,9 @@ def check_hopeless_chunk(folder: Path) -> None:
             return sound([sys.executable, "-c", code, command[-1]], **options)
 
         patch.setattr(sweep_engines.subprocess, "Popen", popen)
-        with pytest.raises(FileError, match=r"a worker process has ended 3 times at chunk 12 \(exit code 9\)"):
+        with pytest.raises(FileError, match=r"a worker process has ended 3 times at chunk 18 \(exit code 9\)"):
             pl.sweep(file, store=folder / "s.sweep", workers=1)
-    assert sorted(logged(folder / "s.sweep")) == list(range(12))
+    assert sorted(logged(folder / "s.sweep")) == list(range(18))
 
 
 def test_a_chunk_that_kills_its_workers(tmp_path: Path) -> None:
@@ -209,10 +209,10 @@ def test_a_cluster_whose_parts_are_killed_stopped_and_restarted(whole: dict[str,
             one.kill()
             os.kill(two.pid, signal.SIGSTOP)
             there = len(logged(store))
-            wait(lambda: len(logged(store)) >= there + 4, "chunks of the worker that is left", client)
+            wait(lambda: len(logged(store)) >= there + 2, "chunks of the worker that is left", client)
             os.kill(two.pid, signal.SIGCONT)
             there = len(logged(store))
-            wait(lambda: len(logged(store)) >= there + 3, "chunks of both workers", client)
+            wait(lambda: len(logged(store)) >= there + 2, "chunks of both workers", client)
             client.kill()
         # Chunks that are under way are finished even so.
         time.sleep(2.0)
