@@ -133,7 +133,7 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
         self.njev = 1
         self.factors: dict[float, Any] = {}
         self.h = min(self._first_step(), max_step, abs(t_bound - t0))
-        self.last: _Polynomial | None = None
+        self.last: _Halves | None = None
 
     def _first_step(self) -> float:
         """A hundredth of the time in which the state changes by its tolerance's scale or by itself."""
@@ -177,7 +177,7 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
                 self.factors.clear()
             return True, None
 
-    def _two_halves(self, t: float, y: Array, h: float) -> tuple[float, int, _Polynomial] | None:
+    def _two_halves(self, t: float, y: Array, h: float) -> tuple[float, int, _Halves] | None:
         """Error of one step against two halves, Newton iterations spent, and the halves; None where Newton failed."""
         half = 0.5 * h
         c = tableau().c
@@ -190,14 +190,15 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
         second = self._stages(t + half, middle, half, still)
         if second is None:
             return None
-        pieces = _Polynomial.pair(t, h, y, first.increments, middle, second.increments, second.end)
+        earlier = _Polynomial(t, half, y, first.increments)
+        pieces = _Halves(earlier, _Polynomial(earlier.t, half, middle, second.increments), second.end)
         whole = self._stages(t, y, h, pieces(t + h * c).T - y)
         if whole is None:
             return None
         # The polynomials of whole and halves differ by the error of the former; of the gain of halving a quarter
         # is left as a margin where the step is too long for it to be had.
         places = t + h * SAMPLES
-        coarse = _Polynomial.of(t, h, y, whole.increments)
+        coarse = _Polynomial(t, h, y, whole.increments)
         off = (coarse(places) - pieces(places)).T @ self.watch.matrix.T / 2.0 ** (ORDER - 2)
         scale = self.watch.scale(np.maximum(np.abs(y), np.abs(second.end)), self.rtol)
         error = float(np.sqrt(np.mean((off / scale) ** 2, axis=1)).max())
@@ -244,39 +245,15 @@ class _Stages(NamedTuple):
 
 
 class _Polynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
-    """The collocation polynomials of two half steps, or of one step, as one polynomial through their values."""
+    """The collocation polynomial of a step, through its start and its stages."""
 
-    def __init__(self, t_old: float, t: float, nodes: Array, values: Array) -> None:
-        super().__init__(t_old, t)
-        self.nodes, self.values = nodes, values
-        difference = nodes[:, None] - nodes
+    def __init__(self, t: float, h: float, y: Array, increments: Array) -> None:
+        super().__init__(t, t + h)
+        self.nodes, self.start = np.concatenate([[0.0], tableau().c]), y
+        self.increments = np.vstack([np.zeros_like(y), increments])
+        difference = self.nodes[:, None] - self.nodes
         np.fill_diagonal(difference, 1.0)
         self.weights = 1.0 / difference.prod(axis=1)
-
-    @property
-    def end(self) -> Array:
-        """The state at the end of the step."""
-        return np.asarray(self.values[-1])
-
-    @property
-    def degree(self) -> int:
-        """The degree of the polynomial."""
-        return self.nodes.size - 1
-
-    @classmethod
-    def of(cls, t: float, h: float, y: Array, increments: Array) -> _Polynomial:
-        """The polynomial of one step, through its start and its stages."""
-        nodes = np.concatenate([[0.0], tableau().c])
-        return cls(t, t + h, nodes, np.vstack([y, y + increments]))
-
-    @classmethod
-    def pair(
-        cls, t: float, h: float, y: Array, first: Array, middle: Array, second: Array, end: Array
-    ) -> _Polynomial:
-        """The polynomial of degree 10 through the states and stages of two half steps."""
-        c = 0.5 * tableau().c
-        nodes = np.concatenate([[0.0], c, [0.5], 0.5 + c, [1.0]])
-        return cls(t, t + h, nodes, np.vstack([y, y + first, middle, middle + second, end]))
 
     def _call_impl(self, t: Array) -> Array:
         x = np.atleast_1d((t - self.t_old) / (self.t - self.t_old))
@@ -288,5 +265,30 @@ class _Polynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
         exact = hit.any(axis=1)
         rows[exact] = hit[exact]
         # What does not change over the step is to come out the same to the last bit.
-        out = (self.values[0] + rows @ (self.values - self.values[0])).T
+        out = (self.start + rows @ self.increments).T
+        return np.asarray(out[:, 0] if np.ndim(t) == 0 else out)
+
+
+class _Halves(DenseOutput):  # type: ignore[misc]  # SciPy has no types
+    """The collocation polynomials of two half steps, one after the other.
+
+    A vibration that is too fast for the steps vanishes at the stages and is back, with the other sign, at the ends.
+    Between them each of the polynomials, then that of Legendre, stays within its size; one polynomial through all the
+    states of both halves exceeds it thirtyfold, and hands that on where a step is cut short at a switch.
+    """
+
+    degree = 2 * STAGES
+    """Of a polynomial with as many nodes as there are states."""
+
+    def __init__(self, first: _Polynomial, second: _Polynomial, end: Array) -> None:
+        super().__init__(first.t_old, second.t)
+        self.first, self.second, self.end = first, second, end
+
+    def _call_impl(self, t: Array) -> Array:
+        times = np.atleast_1d(t)
+        out = np.empty((self.end.size, times.size))
+        late = times > self.first.t
+        for part, chosen in ((self.first, ~late), (self.second, late)):
+            if chosen.any():
+                out[:, chosen] = part(times[chosen])
         return np.asarray(out[:, 0] if np.ndim(t) == 0 else out)
