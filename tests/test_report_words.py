@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import plastica as pl
+from plastica.doors import numbers, tables
 from plastica.motion.history import History
 from plastica.motion.status import Status
 from plastica.show import report as reports
@@ -150,6 +153,22 @@ def ledger_judgement(solution: pl.Solution) -> str:
 
 def test_the_ledger_is_judged_against_its_tolerance() -> None:
     check_ledger_is_judged(ledger_judgement)
+
+
+def told_in_the_terminal(solution: pl.Solution) -> str:
+    """What `plastica run` and `plastica show` print, in the words of the page where it says that nothing is amiss."""
+    facts = numbers.result_facts(solution)
+    console = Console(file=io.StringIO(), width=200)
+    tables.print_result(console, facts, (), None)
+    text = console.file.getvalue()
+    assert (tables.UNBALANCED in text) != facts["ledger"]["balances"]
+    if not facts["ledger"]["balances"]:
+        return text
+    return "The books balance: nothing to balance"
+
+
+def test_the_terminal_judges_the_ledger_as_the_page_does() -> None:
+    check_ledger_is_judged(told_in_the_terminal)
 
 
 def test_bounds_are_told_with_what_was_met() -> None:

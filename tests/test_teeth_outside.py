@@ -69,6 +69,9 @@ CHECKS: dict[str, Check] = {
     "frames of a film": lambda _: test_film.check_frames_show_the_rod(drawn("held")),
     "text is escaped": lambda _: test_report.check_text_is_escaped(page),
     "nothing is loaded": lambda _: test_report.check_nothing_is_loaded(page(reported.run("buckles"))),
+    "the ledger is judged in the terminal": lambda _: test_report_words.check_ledger_is_judged(
+        test_report_words.told_in_the_terminal
+    ),
     "the ledger is judged": lambda _: test_report_words.check_ledger_is_judged(test_report_words.ledger_judgement),
     "pictures have words": lambda _: test_report_words.check_pictures_have_words(page(reported.run("held"))),
     "units change nothing": test_scenario.check_units_change_nothing,
@@ -163,6 +166,11 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("all mistakes at once", "only the first mistake", replacing(problems.Problems, "add", first_only)),
     ("text is escaped", "templates that do not escape", replacing(report, "_environment", unescaped)),
     ("nothing is loaded", "a style sheet from elsewhere", replacing(report, "page", linked)),
+    (
+        "the ledger is judged in the terminal",
+        "a bar ten times as high",
+        replacing(checks, "LEDGER_SLACK", lambda bar: 10.0 * bar),
+    ),
     ("the ledger is judged", "a bar ten times as high", replacing(checks, "LEDGER_SLACK", lambda bar: 10.0 * bar)),
     ("times of a film", "frames at equal times", replacing(view, "frame_times", evenly)),
     ("export is exact", "six digits", replacing(export, "_rows", rounded)),

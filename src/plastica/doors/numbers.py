@@ -49,6 +49,7 @@ def shown(value: float | list[float], unit: str) -> str:
 
 def result_facts(solution: Solution) -> dict[str, Any]:
     """Return what became of a rod, in the units of its scenario."""
+    from plastica.show.checks import allowed
     from plastica.show.words import how_it_ended
 
     outcome, ledger, strut, scales = solution.outcome, solution.ledger, solution.model, solution.model.scales
@@ -73,6 +74,7 @@ def result_facts(solution: Solution) -> dict[str, Any]:
         },
         "ledger": {
             "residual": ledger.residual,
+            "balances": abs(ledger.residual) <= allowed(solution),
             "work": ledger.work,
             "stored_energy": ledger.stored_energy,
             "viscous_dissipation": ledger.viscous_dissipation,

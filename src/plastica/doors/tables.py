@@ -35,6 +35,10 @@ _THRUST = ("thrust_over_EI_per_L2", "thrust_over_euler")
 _OTHER_LOADS = {"transverse_over_EI_per_L2", "couple_over_EI_per_L", "weight_over_EI_per_L3"}
 
 
+UNBALANCED = "The books do not balance: compute again with a smaller rtol before relying on this result."
+"""What is said of a ledger that leaves more over than is accepted (`show.checks.allowed`)."""
+
+
 def pairs(title: str) -> Table:
     """Return a table of names and values under a title."""
     from rich.box import SIMPLE
@@ -75,6 +79,8 @@ def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path],
         shown(ledger["largest_energy"], ledger["unit"]),
     )
     row(table, "ledger residual", f"{residual}, where the largest energy is {largest}")
+    if not ledger["balances"]:
+        row(table, "", UNBALANCED)
     for note in facts["notes"]:
         row(table, "note", note)
     for file in files:

@@ -7,14 +7,20 @@ from typing import Final
 import numpy as np
 
 from plastica.motion.outcome import REFERENCES, provenance
+from plastica.motion.solution import Solution
 from plastica.physics.ledger import kinetic_energy, stored_energy
 from plastica.show.subject import Section, Subject
 from plastica.show.words import number
 
-__all__ = ["ledger", "origin", "promises"]
+__all__ = ["allowed", "ledger", "origin", "promises"]
 
 LEDGER_SLACK: Final = 100.0
 """The ledger is asked to balance to this many times rtol times the largest energy."""
+
+
+def allowed(solution: Solution) -> float:
+    """Return what the ledger of a motion may leave over, in the units of the ledger."""
+    return LEDGER_SLACK * solution.rtol * solution.ledger.largest_energy
 
 
 def ledger(subject: Subject) -> Section:
@@ -28,7 +34,7 @@ def ledger(subject: Subject) -> Section:
     ]
     if subject.solution.model.has_inertia:
         rows.append(("Change of the kinetic energy", "of the moving rod", sheet.kinetic_energy))
-    allowed = LEDGER_SLACK * subject.solution.rtol * sheet.largest_energy
+    bar = allowed(subject.solution)
     return Section(
         "ledger",
         "The ledger",
@@ -36,27 +42,27 @@ def ledger(subject: Subject) -> Section:
             "rows": [(name, words, write(value, "energy")) for name, words, value in rows],
             "kinetic": subject.solution.model.has_inertia,
             "residual": write(sheet.residual, "energy"),
-            "balances": abs(sheet.residual) <= allowed,
-            "judgement": _judgement(subject, abs(sheet.residual), allowed),
+            "balances": abs(sheet.residual) <= bar,
+            "judgement": _judgement(subject, abs(sheet.residual), bar),
         },
     )
 
 
-def _judgement(subject: Subject, left: float, allowed: float) -> str:
+def _judgement(subject: Subject, left: float, bar: float) -> str:
     write = subject.write
-    if allowed == 0.0:
+    if bar == 0.0:
         return "Nothing was put in, stored or lost, so there is nothing to balance."
     limit = (
-        f"{write(allowed, 'energy')}, which is 100 times the tolerance of the computation times the largest energy met"
+        f"{write(bar, 'energy')}, which is 100 times the tolerance of the computation times the largest energy met"
     )
-    if left > allowed:
+    if left > bar:
         return (
             f"The books do not balance: {write(left, 'energy')} are left over, more than {limit}. "
             "Compute again with a smaller tolerance before relying on this result."
         )
     if left == 0.0:
         return f"The books balance to the last digit; up to {limit} would be accepted."
-    share = f"{number(100.0 * left / allowed, 2)} % of what is accepted"
+    share = f"{number(100.0 * left / bar, 2)} % of what is accepted"
     return f"The books balance: {write(left, 'energy')} are left over, {share} ({limit})."
 
 
