@@ -65,13 +65,24 @@ def wait(happened: Callable[[], Any], what: str, process: subprocess.Popen[bytes
         time.sleep(0.02)
 
 
+def heeding() -> None:
+    """Heed Ctrl-C, which what a shell starts in the background ignores, the tests and their children included."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def started(*command: str, folder: Path, name: str) -> Iterator[subprocess.Popen[bytes]]:
     """A process of its own group with its words in a file; gone afterwards, with all that it has started."""
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with (folder / f"{name}.txt").open("wb") as said:
         process = subprocess.Popen(
-            command, cwd=folder, stdout=said, stderr=said, env=environment, start_new_session=True
+            command,
+            cwd=folder,
+            stdout=said,
+            stderr=said,
+            env=environment,
+            start_new_session=True,
+            preexec_fn=heeding,  # noqa: PLW1509  (these tests have one thread)
         )
         try:
             yield process
