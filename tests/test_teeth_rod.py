@@ -84,8 +84,8 @@ def no_coupling(patch: Patch) -> None:
     """The Jacobian does not know that the moments feel the natural curvature."""
     sound = inertial.inertial_jacobian
 
-    def wrong(model: Model, *arguments: Any) -> Any:
-        whole, layout = sound(model, *arguments), model.layout
+    def wrong(parts: inertial.Mover, *arguments: Any) -> Any:
+        whole, layout = sound(parts, *arguments), parts.rod.layout
 
         def jacobian(t: float, y: np.ndarray) -> np.ndarray:
             out = whole(t, y)

@@ -21,10 +21,10 @@ from scipy.linalg.lapack import dposv
 from plastica.errors import ArgumentError
 from plastica.numerics.gauss import Watch
 from plastica.physics.model import Model
-from plastica.physics.natural import natural_law
+from plastica.physics.natural import NaturalLaw, natural_law
 from plastica.physics.rod import Rod
 
-__all__ = ["inertial_jacobian", "inertial_rate", "inertial_unrest", "watch_on"]
+__all__ = ["Mover", "inertial_jacobian", "inertial_rate", "inertial_unrest", "mover", "watch_on"]
 
 Array = NDArray[np.float64]
 
@@ -77,8 +77,29 @@ class _Motion(NamedTuple):
     turn: Array
 
 
-def _mover(model: Model, moment: Moment) -> Callable[[float, Array], _Motion]:
-    """Function of a state that solves the balance of moments for the angular acceleration."""
+class Mover(NamedTuple):
+    """What rate, Jacobian and unrest of a rod share.
+
+    Attributes
+    ----------
+    rod : Rod
+        The rod.
+    fixed : _Constants
+        What does not change on the way.
+    motion : callable
+        Function of (t, y) that solves the balance of moments for the angular acceleration.
+    law : NaturalLaw
+        The law of the natural curvature.
+    """
+
+    rod: Rod
+    fixed: _Constants
+    motion: Callable[[float, Array], _Motion]
+    law: NaturalLaw
+
+
+def mover(model: Model, moment: Moment) -> Mover:
+    """Prepare the equations of a rod with inertia under loads of that couple."""
     rod, fixed = _constants(model)
     A, root, layout = rod.grid.A, fixed.root, rod.layout
     n, natural, rates = layout.nodes, layout.natural_columns, layout.rate_columns
@@ -100,13 +121,13 @@ def _mover(model: Model, moment: Moment) -> Callable[[float, Array], _Motion]:
             turn = np.full(n, np.nan)
         return _Motion(theta, spin, mu_t, couple, imbalance, stiffness, whirl, turn)
 
-    return motion
+    return Mover(rod, fixed, motion, natural_law(rod))
 
 
-def inertial_rate(model: Model, moment: Moment) -> Callable[[float, Array], Array]:
+def inertial_rate(parts: Mover) -> Callable[[float, Array], Array]:
     """Return dy/dt of a rod with inertia."""
-    rod, fixed = _constants(model)
-    motion, law, layout, w = _mover(model, moment), natural_law(model), rod.layout, rod.grid.w
+    rod, fixed, motion, law = parts
+    layout, w = rod.layout, rod.grid.w
     n, natural, sheet, rates = layout.nodes, layout.natural_columns, layout.ledger_columns, layout.rate_columns
 
     def rate(t: float, y: Array) -> Array:
@@ -123,10 +144,10 @@ def inertial_rate(model: Model, moment: Moment) -> Callable[[float, Array], Arra
     return rate
 
 
-def inertial_jacobian(model: Model, moment: Moment, slope: Moment) -> Callable[[float, Array], Array]:
-    """Return the derivative of dy/dt by y of a rod with inertia."""
-    rod, fixed = _constants(model)
-    motion, law, layout, w = _mover(model, moment), natural_law(model), rod.layout, rod.grid.w
+def inertial_jacobian(parts: Mover, slope: Moment) -> Callable[[float, Array], Array]:
+    """Return the derivative of dy/dt by y of a rod with inertia; `slope` is that of the loads' couple."""
+    rod, fixed, motion, law = parts
+    layout, w = rod.layout, rod.grid.w
     A, root, owner = rod.grid.A, fixed.root, rod.division.owner
     n, natural, rates = layout.nodes, layout.natural_columns, layout.rate_columns
     work, viscous, spent = range(layout.size)[layout.ledger_columns]
@@ -161,10 +182,10 @@ def _centrifugal(moved: _Motion, root: Array, rotary: float) -> Array:
     return np.asarray(table - np.diag(table.sum(axis=1)))
 
 
-def inertial_unrest(model: Model, moment: Moment) -> Callable[[float, Array], float]:
+def inertial_unrest(parts: Mover) -> Callable[[float, Array], float]:
     """Return the norm of what moves: rates of curvature and natural curvature, and the imbalance of moments."""
-    rod, _ = _constants(model)
-    motion, law, layout, w = _mover(model, moment), natural_law(model), rod.layout, rod.grid.w
+    rod, _, motion, law = parts
+    layout, w = rod.layout, rod.grid.w
     n, natural = layout.nodes, layout.natural_columns
 
     def unrest(t: float, y: Array) -> float:
@@ -176,14 +197,13 @@ def inertial_unrest(model: Model, moment: Moment) -> Callable[[float, Array], fl
     return unrest
 
 
-def watch_on(model: Model) -> Callable[[Array], Watch]:
+def watch_on(rod: Rod, atol: Array) -> Watch:
     """Return what steps are judged by: the slower half of the straight rod's modes, natural curvatures, the ledger.
 
     The faster half are vibrations of the grid, not of the rod: their frequencies are wrong by a factor, and to follow
     them in time would cost a thousand times as much as the rod itself. A method that conserves energy leaves them be.
     With several segments all modes are looked at: the drives of short segments feel the short waves.
     """
-    rod, _ = _constants(model)
     layout, w = rod.layout, rod.grid.w
     n, natural, sheet = layout.nodes, layout.natural_columns, layout.ledger_columns
     mass = w[:, None] * rod.mass(np.zeros(n))
@@ -198,8 +218,4 @@ def watch_on(model: Model) -> Callable[[Array], Watch]:
     matrix[kept:, n : sheet.stop] = np.eye(sheet.stop - n)
     moving = slice(kept, kept + natural.stop - natural.start)
     groups = (slice(0, kept), moving, slice(moving.stop, matrix.shape[0]))
-
-    def watch(atol: Array) -> Watch:
-        return Watch(matrix, groups, np.concatenate([atol[:kept], atol[natural], SLACK * atol[sheet]]))
-
-    return watch
+    return Watch(matrix, groups, np.concatenate([atol[:kept], atol[natural], SLACK * atol[sheet]]))

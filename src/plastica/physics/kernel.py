@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +59,10 @@ def kernel(model: Model, start: float, end: float) -> Kernel:
     if model.has_inertia:
         from plastica.physics import inertial
 
-        rate, jacobian = inertial.inertial_rate(model, moment), inertial.inertial_jacobian(model, moment, slope)
-        return Kernel(rate, jacobian, excess, yields, inertial.inertial_unrest(model, moment), inertial.watch_on(model))
+        parts = inertial.mover(model, moment)
+        rate, jacobian = inertial.inertial_rate(parts), inertial.inertial_jacobian(parts, slope)
+        watch = partial(inertial.watch_on, parts.rod)
+        return Kernel(rate, jacobian, excess, yields, inertial.inertial_unrest(parts), watch)
     rate = _uniform_rate(model, moment) if model.segments == 1 else _rate(model, moment)
     return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate), Watch.everything)
 
