@@ -14,7 +14,7 @@ from plastica.motion.solve import Progress, solve
 from plastica.study.export import write_csv
 from plastica.study.scenario import Scenario, read_scenario
 
-__all__ = ["Finished", "checkpoint_folder", "default_folder", "planned_files", "run", "run_scenario"]
+__all__ = ["Finished", "checkpoint_folder", "default_folder", "planned_files", "run", "run_scenario", "solved"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,25 @@ def run_scenario(
     began = time.perf_counter()
     prepare(scenario, output)
     keeping = checkpoint_folder(scenario, output)
-    solution = solve(
+    solution = solved(scenario, progress=progress, checkpoint=keeping, resume=resume)
+    solution = described(scenario, solution)
+    files = planned_files(scenario, output, report=False, film=False)
+    written = [solution.save(files["result"])]
+    for variable in scenario.output.csv:
+        written.append(write_csv(solution.dataset, [variable], files[f"csv:{variable}"]))
+    shutil.rmtree(keeping, ignore_errors=True)
+    return Finished(scenario, solution, tuple(written), time.perf_counter() - began)
+
+
+def solved(
+    scenario: Scenario,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    checkpoint: Path | None = None,
+    resume: bool = False,
+) -> Solution:
+    """Solve what a scenario asks for; the other arguments are those of `plastica.motion.solve.solve`."""
+    return solve(
         scenario.model,
         scenario.curvature,
         scenario.natural_curvature,
@@ -120,16 +138,9 @@ def run_scenario(
         start=scenario.start,
         max_steps=scenario.max_steps,
         progress=progress,
-        checkpoint=keeping,
+        checkpoint=checkpoint,
         resume=resume,
     )
-    solution = described(scenario, solution)
-    files = planned_files(scenario, output, report=False, film=False)
-    written = [solution.save(files["result"])]
-    for variable in scenario.output.csv:
-        written.append(write_csv(solution.dataset, [variable], files[f"csv:{variable}"]))
-    shutil.rmtree(keeping, ignore_errors=True)
-    return Finished(scenario, solution, tuple(written), time.perf_counter() - began)
 
 
 def described(scenario: Scenario, solution: Solution) -> Solution:

@@ -19,7 +19,7 @@ from plastica.study.building import initial, number
 from plastica.study.loads import load
 from plastica.study.problems import Problems
 from plastica.study.sweep_axes import AMPLITUDE, Axis
-from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
+from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REFUSED, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
 from plastica.study.sweep_regimes import keeps_a_set, regime_codes
 from plastica.units import looks_like_quantity
@@ -98,17 +98,7 @@ def _chosen(each: Any, usable: NDArray[np.bool_]) -> Any:
 
 
 def _fill_refused(made: Columns, refused: NDArray[np.bool_]) -> None:
-    codes = {
-        "status": STATUSES.index("refused"),
-        "method": METHODS.index("none"),
-        "steps": 0,
-        "nodes": 0,
-        "regime": REGIMES.index("untold"),
-        "yielding": 0,
-        "limit_kind": LIMITS.index("none"),
-        "limit_stable": 2,
-    }
-    for name, value in codes.items():
+    for name, value in REFUSED.items():
         if name in made:
             made[name][refused] = value
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import prod
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -17,6 +18,7 @@ __all__ = [
     "HISTORY",
     "LIMITS",
     "METHODS",
+    "REFUSED",
     "REGIMES",
     "STATUSES",
     "Variable",
@@ -51,6 +53,20 @@ LIMITS: Final = ("interior", "limiting", "undecided", "none")
 
 STABLE: Final = ("no", "yes", "unknown")
 NO_OR_YES: Final = ("no", "yes")
+
+REFUSED: Final = MappingProxyType(
+    {
+        "status": STATUSES.index("refused"),
+        "method": METHODS.index("none"),
+        "steps": 0,
+        "nodes": 0,
+        "regime": REGIMES.index("untold"),
+        "yielding": 0,
+        "limit_kind": LIMITS.index("none"),
+        "limit_stable": STABLE.index("unknown"),
+    }
+)
+"""What is kept of a member whose scenario cannot be used."""
 
 FINAL: Final = {
     "natural_curvature": ("curvature", "natural curvature at the end"),

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.solution import Solution
-from plastica.study.run import described
+from plastica.study.run import described, solved
 from plastica.study.scenario import Scenario
 from plastica.study.sweep_axes import Axis
 from plastica.study.sweep_interest import Interesting, interesting
 from plastica.study.sweep_outputs import FAILED, REGIMES, STATUSES, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_store import RESULTS, Store, open_store
-from plastica.study.sweep_tasks import solved
 
 if TYPE_CHECKING:
     import xarray

@@ -12,16 +12,25 @@ from numpy.typing import NDArray
 
 from plastica.errors import PlasticaError
 from plastica.motion.solution import Solution
-from plastica.motion.solve import solve
 from plastica.physics.ledger import liapunov
-from plastica.study.scenario import Scenario
+from plastica.study.run import solved
 from plastica.study.sweep_batch import compute_together
-from plastica.study.sweep_outputs import FAILED, FINAL, HISTORY, LIMITS, METHODS, REGIMES, STATUSES, empty_chunk
+from plastica.study.sweep_outputs import (
+    FAILED,
+    FINAL,
+    HISTORY,
+    LIMITS,
+    METHODS,
+    REFUSED,
+    REGIMES,
+    STATUSES,
+    empty_chunk,
+)
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_regimes import regime_of
 from plastica.study.sweep_store import Store
 
-__all__ = ["Told", "compute", "run_chunk", "solved"]
+__all__ = ["Told", "compute", "run_chunk"]
 
 Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
@@ -108,30 +117,13 @@ def compute(plan: Plan, values: Array) -> Columns:
     return made
 
 
-def solved(scenario: Scenario) -> Solution:
-    """Solve a scenario of a member, as `plastica run` would."""
-    return solve(
-        scenario.model,
-        scenario.curvature,
-        scenario.natural_curvature,
-        scenario.until,
-        scenario.rtol,
-        scenario.atol,
-        scenario.method,
-        scenario.times,
-        curvature_rate=scenario.curvature_rate,
-        start=scenario.start,
-        max_steps=scenario.max_steps,
-    )
-
-
 def _member(plan: Plan, values: Array) -> dict[str, Any]:
     """Everything that may be kept of one member."""
     try:
         solution = solved(plan.scenario(values))
     except PlasticaError:
         # A scenario that is refused is a result of the sweep; `Sweep.scenario` tells what is wrong with it.
-        return _refused()
+        return dict(REFUSED)
     told: dict[str, Any] = {
         "status": STATUSES.index(solution.status.code),
         "method": METHODS.index(solution.method),
@@ -152,19 +144,6 @@ def _member(plan: Plan, values: Array) -> dict[str, Any]:
     if plan.times is not None:
         told |= _history(solution, plan.times)
     return told
-
-
-def _refused() -> dict[str, Any]:
-    return {
-        "status": STATUSES.index("refused"),
-        "method": METHODS.index("none"),
-        "steps": 0,
-        "nodes": 0,
-        "regime": REGIMES.index("untold"),
-        "yielding": 0,
-        "limit_kind": LIMITS.index("none"),
-        "limit_stable": 2,
-    }
 
 
 def _readings(solution: Solution, t: Array) -> dict[str, Array]:
