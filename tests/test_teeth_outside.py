@@ -25,6 +25,7 @@ from tests import (
     test_report,
     test_report_words,
     test_scenario,
+    test_scenario_slips,
     test_show,
 )
 from tests.commandline import si_scenario, written
@@ -76,6 +77,8 @@ CHECKS: dict[str, Check] = {
     "pictures have words": lambda _: test_report_words.check_pictures_have_words(page(reported.run("held"))),
     "units change nothing": test_scenario.check_units_change_nothing,
     "all mistakes at once": test_scenario.check_all_mistakes_at_once,
+    "a slip is told once": lambda folder: test_scenario_slips.check_a_slip_is_told_once(folder, "a strip"),
+    "what is missing is told": test_scenario_slips.check_what_is_missing_is_told,
     "order of a measured shape": lambda folder: test_measured.check_order(folder, "x, y", 1.0, 2.6, 5e-3),
     "noise is smoothed": lambda folder: test_measured.check_noise_is_smoothed(folder, 0.05),
     "a second run is equal": test_cli.check_runs_again,
@@ -94,7 +97,34 @@ def unescaped(sound: Callable[[], Any]) -> Callable[[], Any]:
 
 def first_only(sound: Any) -> Any:
     """After the first mistake no other is noted."""
-    return lambda self, path, sentence: None if self._found else sound(self, path, sentence)
+    return lambda self, path, sentence, **more: None if self._found else sound(self, path, sentence, **more)
+
+
+def twice(sound: Any) -> Any:
+    """What a misspelt key was meant to be is forgotten."""
+    return lambda self, path, sentence, **_: sound(self, path, sentence)
+
+
+def anything(sound: Any) -> Any:
+    """A misspelt key is taken for whatever is missing in its table."""
+
+    def add(self: Any, path: Any, sentence: str, **more: Any) -> None:
+        sound(self, path, sentence, **more)
+        if "is not a known key" in sentence:
+            for each in list(self._found):
+                if each.lacks and each.path[:-1] == path[:-1]:
+                    sound(self, path, sentence, meant=each.lacks[0])
+
+    return add
+
+
+def anywhere(sound: Any) -> Any:
+    """A key that is misspelt in one table is thought to be missing in none."""
+
+    def add(self: Any, path: Any, sentence: str, lacks: Any = (), meant: Any = None) -> None:
+        sound(self, path, sentence, lacks=tuple(each[-1:] for each in lacks), meant=meant and meant[-1:])
+
+    return add
 
 
 def without_noise(sound: Any) -> Any:
@@ -164,6 +194,9 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("natural curvature as drawn", "natural curvature one percent too large", one_percent("natural_curvature")),
     ("energies as drawn", "stored energy one percent too large", one_percent("stored_energy")),
     ("all mistakes at once", "only the first mistake", replacing(problems.Problems, "add", first_only)),
+    ("a slip is told once", "what was meant is forgotten", replacing(problems.Problems, "add", twice)),
+    ("what is missing is told", "any slip stands for it", replacing(problems.Problems, "add", anything)),
+    ("what is missing is told", "a slip elsewhere stands for it", replacing(problems.Problems, "add", anywhere)),
     ("text is escaped", "templates that do not escape", replacing(report, "_environment", unescaped)),
     ("nothing is loaded", "a style sheet from elsewhere", replacing(report, "page", linked)),
     (

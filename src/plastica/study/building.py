@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -138,7 +138,7 @@ def _from_catalogue(section: schema.Material, rod: Specimen | None, problems: Pr
         for name, value in section.parameters.items():
             path = ("material", "parameters", name)
             if name not in known:
-                problems.add(path, schema.unknown_key(name, tuple(known)))
+                schema.add_unknown(problems, path, tuple(known))
             elif si and known[name].dimension != "1" and not isinstance(value, str):
                 problems.add(path, f"needs a unit: it is a quantity in {known[name].dimension}, but is {shown(value)}.")
         if problems.within("material") or (si and rod is None):
@@ -257,11 +257,18 @@ def _curvature(value: object, folder: Path, length: float | None, problems: Prob
     if not isinstance(value, dict):
         amount = check_formula(value, path, problems, si=si, unit="1/m", variable="s")
         return 0.0 if amount is None else amount
-    if "csv" in value:
+    if _is_measured(value):
         shape = _measured(value, folder, length, problems, si=si)
     else:
         shape = _pieces(value, path, length, problems, si=si, unit="1/m")
     return 0.0 if shape is None else shape
+
+
+def _is_measured(value: Mapping[str, object]) -> bool:
+    """Tell whether a table is about measured points, by the words that its keys are, or were meant to be."""
+    measured, pieces = schema.Measured.model_fields, schema.Pieces.model_fields
+    meant = {schema.nearest(key, (*measured, *pieces)) for key in value}
+    return "csv" in value or ("pieces" not in value and "csv" in meant)
 
 
 def _natural_curvature(value: object, problems: Problems, *, si: bool) -> float | tuple[float, ...]:

@@ -73,12 +73,14 @@ def _check_belonging(section: schema.Load, problems: Problems) -> None:
             if getattr(section, name) is not None:
                 problems.add(("load", name), "cannot stand beside `force`, which sets it. Remove one of them.")
         if section.angle is None:
-            problems.add(("load", "angle"), 'is missing: it is the direction of `force`. Add it, such as "30 deg".')
+            rule = 'is missing: it is the direction of `force`. Add it, such as "30 deg".'
+            problems.add(("load", "angle"), rule, lacks=(("load", "angle"),))
     elif section.angle is not None:
-        problems.add(("load", "angle"), "is the direction of `force`, which is missing. Add it, or remove the angle.")
+        rule = "is the direction of `force`, which is missing. Add it, or remove the angle."
+        problems.add(("load", "angle"), rule, lacks=(("load", "force"),))
     if section.weight_angle is not None and section.weight is None:
         rule = "is the direction of `weight`, which is missing. Add it, or remove the angle."
-        problems.add(("load", "weight_angle"), rule)
+        problems.add(("load", "weight_angle"), rule, lacks=(("load", "weight"),))
 
 
 def _one(name: str, section: schema.Load, problems: Problems, *, si: bool) -> Program | float | str | None:
@@ -94,7 +96,7 @@ def _program(value: dict[str, Any], path: KeyPath, problems: Problems, *, si: bo
     known = ", ".join(schema.PROGRAMS)
     kind = value.get("program")
     if "program" not in value:
-        problems.add((*path, "program"), f"is missing: it must be one of {known}.")
+        _refuse_no_program(value, path, problems)
         return None
     if not isinstance(kind, str) or kind not in schema.PROGRAMS:
         problems.add((*path, "program"), f"must be one of {known}, but is {shown(kind)}.")
@@ -106,3 +108,13 @@ def _program(value: dict[str, Any], path: KeyPath, problems: Problems, *, si: bo
     with problems.at(*path):
         return _FUNCTIONS[kind](**given)
     return None
+
+
+def _refuse_no_program(value: Mapping[str, Any], path: KeyPath, problems: Problems) -> None:
+    """Say that a table names no program; which other keys it knows depends on that, so only a misspelt one is told."""
+    place = (*path, "program")
+    known = tuple(dict.fromkeys(key for program in schema.PROGRAMS.values() for key in program.model_fields))
+    for key in value:
+        if schema.nearest(key, known) == "program":
+            schema.add_unknown(problems, (*path, key), known)
+    problems.add(place, f"is missing: it must be one of {', '.join(schema.PROGRAMS)}.", lacks=(place,))

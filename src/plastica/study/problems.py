@@ -20,6 +20,8 @@ class _Problem(NamedTuple):
     line: int
     path: KeyPath
     sentence: str
+    lacks: tuple[KeyPath, ...]
+    meant: KeyPath | None
 
     def __str__(self) -> str:
         place = f"line {self.line}: " if self.line else ""
@@ -33,9 +35,23 @@ class Problems:
         self.document = document
         self._found: list[_Problem] = []
 
-    def add(self, path: KeyPath, sentence: str) -> None:
-        """Note a mistake: "must be ..., but is ....", the end of a sentence that begins with the key."""
-        problem = _Problem(self.document.line(path) or 0, path, sentence)
+    def add(
+        self, path: KeyPath, sentence: str, *, lacks: tuple[KeyPath, ...] = (), meant: KeyPath | None = None
+    ) -> None:
+        """Note a mistake.
+
+        Parameters
+        ----------
+        path : tuple
+            The key.
+        sentence : str
+            "must be ..., but is ....", the end of a sentence that begins with the key.
+        lacks : tuple of key paths
+            Keys any one of which would have mended it: it is not told where one of them was only misspelt.
+        meant : key path, optional
+            Which key a misspelt one was probably meant to be.
+        """
+        problem = _Problem(self.document.line(path) or 0, path, sentence, lacks, meant)
         if problem not in self._found:
             self._found.append(problem)
 
@@ -74,7 +90,7 @@ class Problems:
         return value
 
     def refuse(self) -> None:
-        """Raise all that was found, if anything was, in the order of lines.
+        """Raise all that was found, if anything was, in the order of lines; a key that is only misspelt lacks nowhere.
 
         Raises
         ------
@@ -82,7 +98,9 @@ class Problems:
             With one sentence for each mistake.
         """
         if self._found:
-            ordered = sorted(self._found, key=lambda problem: problem.line)
+            meant = {problem.meant for problem in self._found}
+            told = [problem for problem in self._found if meant.isdisjoint(problem.lacks)]
+            ordered = sorted(told, key=lambda problem: problem.line)
             raise ScenarioError(str(self.document.file), tuple(map(str, ordered)))
 
 

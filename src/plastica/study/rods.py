@@ -15,6 +15,7 @@ from plastica.physics.strut import Strut
 from plastica.study import schema
 from plastica.study.building import Segments, number, sorted_under
 from plastica.study.problems import Problems
+from plastica.study.tokens import KeyPath
 
 __all__ = ["check_inertia", "model"]
 
@@ -40,10 +41,12 @@ def check_inertia(data: Mapping[str, Any], section: schema.Inertia | None, probl
     if "inertia" not in data:
         if si and isinstance(rod, dict) and not slow:
             rule = "is missing. Add it, or the section [inertia] with the mass of a rod without damping."
-            problems.add(("specimen", "retardation_time"), rule)
+            path = ("specimen", "retardation_time")
+            problems.add(path, rule, lacks=(path, ("inertia",)))
         if isinstance(start, dict) and "curvature_rate" in start:
             rule = "needs a rod with inertia: without it the loads and the shape set the rate."
-            problems.add(("initial", "curvature_rate"), f"{rule} Remove it, or add the section [inertia].")
+            rule += " Remove it, or add the section [inertia]."
+            problems.add(("initial", "curvature_rate"), rule, lacks=(("inertia",),))
     elif section is not None and si:
         _check_mass(section, data["inertia"], problems, slow=slow)
     elif section is not None:
@@ -56,7 +59,7 @@ def _check_mass(section: schema.Inertia, given: Mapping[str, Any], problems: Pro
         problems.add(("inertia", "translational_inertia"), rule)
     elif not given.keys() & {*_OF_MASS, "rotary_inertia"}:
         rule = "must say what mass the rod has. Add `mass_per_length`; or `density`, with the section of the specimen."
-        problems.add(("inertia",), rule)
+        problems.add(("inertia",), rule, lacks=_keys(*_OF_MASS, "rotary_inertia"))
     if section.damping is None:
         return
     if slow:
@@ -75,10 +78,15 @@ def _check_numbers(section: schema.Inertia, given: Mapping[str, Any], problems: 
     numbers = given.keys() & {"translational_inertia", "rotary_inertia"}
     if not foreign and not numbers:
         rule = "must have `translational_inertia`, rho*A*L**4/(EI*T**2), or `rotary_inertia`, rho*J*L**2/(EI*T**2)."
-        problems.add(("inertia",), f"{rule} Add one, or remove the section.")
+        lacks = _keys("translational_inertia", "rotary_inertia")
+        problems.add(("inertia",), f"{rule} Add one, or remove the section.", lacks=lacks)
     elif section.damping == 0.0 and numbers and all(given[name] == 0 for name in numbers):
         rule = "must have an inertia or damping: without both there is no equation of motion."
         problems.add(("inertia",), f"{rule} Give `damping` or an inertia that is not 0.")
+
+
+def _keys(*names: str) -> tuple[KeyPath, ...]:
+    return tuple(("inertia", name) for name in names)
 
 
 def model(

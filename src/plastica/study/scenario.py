@@ -198,8 +198,12 @@ def _refuse_unknown(data: Mapping[str, Any], problems: Problems) -> None:
     known = (*schema.SECTIONS, "sweep", "schema", "units", "title")
     for key in data:
         homes = [name for name, model in schema.SECTIONS.items() if key in model.model_fields]
-        if key not in known:
-            problems.add((key,), f"belongs into [{homes[0]}]." if homes else schema.unknown_key(key, known))
+        if key in known:
+            continue
+        if homes:
+            problems.add((key,), f"belongs into [{homes[0]}].", meant=(homes[0], key))
+        else:
+            schema.add_unknown(problems, (key,), known)
 
 
 def _section(name: str, data: Mapping[str, Any], problems: Problems, *, si: bool) -> Any:
@@ -210,7 +214,7 @@ def _section(name: str, data: Mapping[str, Any], problems: Problems, *, si: bool
         return None
     if name not in data:
         if name in ("specimen", "material", "solve"):
-            problems.add((name,), f"is missing. Add the section [{name}].")
+            problems.add((name,), f"is missing. Add the section [{name}].", lacks=((name,),))
             return None
         return schema.SECTIONS[name]()
     return schema.validate(schema.SECTIONS[name], data[name], (name,), problems, si=si)

@@ -5,7 +5,7 @@ pydantic reports all mistakes of a section at once; `validate` puts them into th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any, Final, Literal, TypeVar
 
@@ -37,6 +37,8 @@ __all__ = [
     "Spacing",
     "Specimen",
     "Times",
+    "add_unknown",
+    "nearest",
     "unknown_key",
     "validate",
 ]
@@ -300,8 +302,11 @@ def validate(model: type[Model], value: object, path: KeyPath, problems: Problem
     except ValidationError as error:
         details = error.errors(include_url=False)
         for detail in details:
-            place = tuple(part for part in detail["loc"] if part != "[key]")
-            problems.add((*path, *place), _sentence(detail, model))
+            place = (*path, *(part for part in detail["loc"] if part != "[key]"))
+            if detail["type"] == "extra_forbidden":
+                add_unknown(problems, place, _keys(model, detail["loc"]))
+            else:
+                problems.add(place, _sentence(detail), lacks=(place,) if detail["type"] == "missing" else ())
     return _without(model, value, {detail["loc"][:1] for detail in details}, context)
 
 
@@ -323,14 +328,12 @@ _MISSING: Final = {
 }
 
 
-def _sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+def _sentence(detail: ErrorDetails) -> str:
     kind, given = detail["type"], fields.given(detail.get("input"))
     if kind == "plastica":
         return str(detail["msg"])
     if kind == "missing":
         return _MISSING.get(str(detail["loc"][-1]), "is missing. Add it.")
-    if kind == "extra_forbidden":
-        return unknown_key(str(detail["loc"][-1]), _keys(model, detail["loc"]))
     if kind == "literal_error":
         return f"must be one of {detail['ctx']['expected']}, but is {given}."
     if kind in ("model_type", "dict_type", "model_attributes_type"):
@@ -345,8 +348,21 @@ def _keys(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[str, ...]
     return tuple(model.model_fields)
 
 
+def nearest(key: str, known: Iterable[str]) -> str | None:
+    """Return the known key that an unknown one is a likely misspelling of; None where there is none."""
+    close = get_close_matches(key, tuple(known), n=1, cutoff=0.6)
+    return close[0] if close else None
+
+
 def unknown_key(key: str, known: tuple[str, ...]) -> str:
     """Say that a key is unknown, with the nearest known one."""
-    close = get_close_matches(key, known, n=1, cutoff=0.6)
-    hint = f"Did you mean `{close[0]}`? " if close else ""
+    close = nearest(key, known)
+    hint = f"Did you mean `{close}`? " if close else ""
     return f"is not a known key. {hint}Known here: {', '.join(known)}."
+
+
+def add_unknown(problems: Problems, path: KeyPath, known: tuple[str, ...]) -> None:
+    """Note a key that is unknown in its table; that the nearest known one is missing there is then not told as well."""
+    key = str(path[-1])
+    close = nearest(key, known)
+    problems.add(path, unknown_key(key, known), meant=None if close is None else (*path[:-1], close))
