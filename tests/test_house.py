@@ -50,6 +50,7 @@ HOMES = {
     "zarr": {"study"},
     "xarray": {"equilibria", "motion", "charts", "study", "show"},
     "array_api_compat": {"numerics"},
+    "numba": {"physics"},
     "scipy": {"numerics", "physics", "equilibria", "motion", "charts", "study"},
 }
 """The only layers in which a library may be imported. What is not named here and not NumPy is not imported at all."""

@@ -47,16 +47,16 @@ def _one_step_for_all(sound: Any) -> Any:
 
 
 def _one_error_for_all(sound: Any) -> Any:
-    def spoiled(self: Block) -> Any:
-        new, error, still = sound(self)
+    def spoiled(self: Block, h: Any) -> Any:
+        new, error, still = sound(self, h)
         return new, np.full_like(error, error.max()), still
 
     return spoiled
 
 
 def _belittled(sound: Any) -> Any:
-    def spoiled(self: Block) -> Any:
-        new, error, still = sound(self)
+    def spoiled(self: Block, h: Any) -> Any:
+        new, error, still = sound(self, h)
         return new, 1e-4 * error, still
 
     return spoiled
@@ -65,8 +65,8 @@ def _belittled(sound: Any) -> Any:
 def _leaking(sound: Any) -> Any:
     """Part of each column is carried over into the next, a last bit of it."""
 
-    def spoiled(self: Block) -> Any:
-        new, error, still = sound(self)
+    def spoiled(self: Block, h: Any) -> Any:
+        new, error, still = sound(self, h)
         return new + 1e-30 * np.roll(new, 1, axis=1), error, still
 
     return spoiled

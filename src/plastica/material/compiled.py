@@ -27,6 +27,7 @@ __all__ = [
     "compiled_with",
     "constant_value",
     "scalar_function",
+    "statements_with",
 ]
 
 ScalarFunction: TypeAlias = Callable[[float], float]
@@ -146,9 +147,32 @@ def compiled_with(
     callable or float
         A float where the tree depends on no argument.
     """
-    writer = _Writer(variable, values, scalar=False, arguments=arguments)
-    body = writer.statements(tree, argument_scale, value_scale)
+    body = statements_with(tree, variable, values, arguments, argument_scale, value_scale)
     return body if isinstance(body, float) else _compiled(body, dict(functions), ("x", *arguments.values()))
+
+
+def statements_with(
+    tree: Any,
+    variable: Any,
+    values: Mapping[str, float],
+    arguments: Mapping[Any, str],
+    argument_scale: float = 1.0,
+    value_scale: float = 1.0,
+) -> list[ast.stmt] | float:
+    """Write what `compiled_with` compiles, as assignments of sums, products, quotients and calls, and a return.
+
+    Parameters
+    ----------
+    tree, variable, values, arguments, argument_scale, value_scale
+        As in `compiled_with`.
+
+    Returns
+    -------
+    list of ast.stmt or float
+        A float where the tree depends on no argument.
+    """
+    writer = _Writer(variable, values, scalar=False, arguments=arguments)
+    return writer.statements(tree, argument_scale, value_scale)
 
 
 class _Writer:

@@ -45,6 +45,11 @@ class Arrays:
     device: Any = None
 
     @property
+    def compiled(self) -> bool:
+        """Whether what can be computed in machine code shall be; the arrays are NumPy's."""
+        return self.name == "numba"
+
+    @property
     def writable(self) -> bool:
         """Whether functions can be told where to write their result, as those of NumPy can."""
         return self.xp is np
@@ -166,7 +171,8 @@ def arrays_on(library: str | None, device: object, *given: object) -> Arrays:
     Parameters
     ----------
     library : str or None
-        "numpy", "cupy", "torch", "jax" or "array_api_strict".
+        "numpy", "numba" (arrays of NumPy, and machine code for what is done most), "cupy", "torch", "jax" or
+        "array_api_strict".
     device : object
         A device of that library; None for its own choice, or that of the arrays.
     *given : object
@@ -184,10 +190,22 @@ def arrays_on(library: str | None, device: object, *given: object) -> Arrays:
         raise ArgumentError(f"must be one of {', '.join(_MODULES)}", where="library", value=library)
     if library == "numpy":
         return Arrays()
+    if library == "numba":
+        return Arrays(_compiler(), library)
     return _doubles(Arrays(_namespace(library), library, device))
 
 
-_MODULES = ("numpy", "cupy", "torch", "jax", "array_api_strict")
+_MODULES = ("numpy", "numba", "cupy", "torch", "jax", "array_api_strict")
+
+
+def _compiler() -> Any:
+    """NumPy, once it is known that there is a compiler for what is done with it."""
+    from importlib.util import find_spec
+
+    if find_spec("numba") is None:
+        rule = "must be installed to be used"
+        raise ArgumentError(rule, where="library", value="numba", next_step='pip install "plastica[fast]"')
+    return np
 
 
 def _namespace(library: str) -> Any:

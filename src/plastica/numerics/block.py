@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from plastica.numerics import dop853
 from plastica.numerics.arrays import AnyArray, Arrays
 
-__all__ = ["Block", "Rate", "block_of"]
+__all__ = ["Block", "Machine", "Rate", "block_of"]
 
 Array = NDArray[np.float64]
 Truth = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 Rate = Callable[[AnyArray, AnyArray, AnyArray, AnyArray], AnyArray]
+Machine = Callable[[Array, Array, Array], Array]
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 10.0
 """Of the step's size: the share of the predicted one that is tried, and how much it may change at once."""
@@ -105,6 +106,8 @@ class Block:
         Row whose slope is 0 for a while.
     rtol : float
         Relative tolerance.
+    machine : callable or None
+        Tries a step in machine code; see `System.machine`.
     make : callable
         Makes an empty block of another width.
     stack : array, shape (13, rows, width)
@@ -127,6 +130,7 @@ class Block:
     autonomous: bool
     switching: int | None
     rtol: float
+    machine: Machine | None
     make: Callable[[int], Block] = field(repr=False)
     stack: AnyArray
     p: AnyArray
@@ -225,7 +229,8 @@ class Block:
         xp, arrays = self.arrays.xp, self.arrays
         if self._changed:
             self._alive, self._changed = arrays.mask(self.alive), False
-        self._slope(0, self.t, self.stack[_STATE, ...])
+        if self.machine is None or self._any_fresh:
+            self._slope(0, self.t, self.stack[_STATE, ...])
         if self._any_fresh:
             self._choose_first_steps()
         left = self.end - self.t
@@ -233,9 +238,7 @@ class Block:
         # A step that would leave next to nothing goes all the way.
         landing = 1.01 * wanted >= left
         h = xp.where(landing, left, wanted)
-        self._scale(0, h)
-        self._evaluate_stages(h)
-        new, error, change = self._new_state_and_error()
+        new, error, change = self._new_state_and_error(h)
         to_go = change * xp.clip(left, 0.0, DYING) / h
         error = xp.where(to_go <= NEAR_REST, self._calmer * error, error)
         landing = landing | (to_go <= AT_REST)
@@ -279,21 +282,36 @@ class Block:
         """Part of the stack with a row for each state or slope."""
         return self.arrays.xp.reshape(self.stack[first:last, ...], (last - first, -1))
 
-    def _new_state_and_error(self) -> tuple[AnyArray, AnyArray, AnyArray]:
+    def _new_state_and_error(self, h: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
         """The new state, its error in units of the tolerance as DOP853 estimates it, and how far this step still goes.
 
         The last is infinite where a change need not die away: where the switching row moves, or time matters.
         """
         xp = self.arrays.xp
-        new, errors = self._results()
+        new, errors, moving = self._tried(h)
         fifth, third, change = (errors[k, ...] for k in range(3))
         error = fifth / (xp.sqrt((fifth + 0.01 * third) * float(self.rows)) + 1e-300)
         never = self._least_error + np.inf
         if self.switching is None:
             return new, error, never
-        first, last = (self.stack[_SLOPE[stage], self.switching, ...] != 0.0 for stage in (0, dop853.STAGES - 1))
+        first, last = moving[0] != 0.0, moving[1] != 0.0
         still = xp.where(first | last, never, xp.sqrt(change / self.rows)) if self.autonomous else never
         return new, xp.where(first != last, STRICTER * error, error), still
+
+    def _tried(self, h: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """The new state, sums of squares in units of the tolerance, (3, width), and the switching row's slopes.
+
+        Of the slopes there are the first and the last, (2, width), where any row is switching.
+        """
+        if self.machine is not None:
+            found = self.machine(np.stack([self.t, h, self.atol]), self.p, self.stack[_STATE, ...])
+            return found[: self.rows], found[self.rows : self.rows + 3], found[self.rows + 3 :]
+        self._scale(0, h)
+        self._evaluate_stages(h)
+        new, errors = self._results()
+        ends = (0, dop853.STAGES - 1)
+        moving = () if self.switching is None else [self.stack[_SLOPE[stage], self.switching, ...] for stage in ends]
+        return new, errors, moving
 
     def _results(self) -> tuple[AnyArray, AnyArray]:
         """The new state, sums of squares of errors and first slope in units of the tolerance, (3, width)."""
@@ -332,7 +350,9 @@ class Block:
         self.fresh, self._any_fresh = xp.zeros_like(self.fresh), False
 
 
-def block_of(system: Any, arrays: Arrays, rtol: float, width: int, parameters: int) -> Block:
+def block_of(
+    system: Any, arrays: Arrays, rtol: float, width: int, parameters: int, machine: Machine | None = None
+) -> Block:
     """Return an empty block.
 
     Parameters
@@ -347,6 +367,8 @@ def block_of(system: Any, arrays: Arrays, rtol: float, width: int, parameters: i
         How many columns.
     parameters : int
         How many parameters a column has.
+    machine : callable, optional
+        What tries a step in machine code.
 
     Returns
     -------
@@ -362,7 +384,8 @@ def block_of(system: Any, arrays: Arrays, rtol: float, width: int, parameters: i
         system.autonomous,
         system.switching,
         rtol,
-        lambda other: block_of(system, arrays, rtol, other, parameters),
+        machine,
+        lambda other: block_of(system, arrays, rtol, other, parameters, machine),
         stack=filled(0.0, _STACK, system.rows),
         p=filled(0.0, parameters),
         **{name: filled(1.0) for name in ("t", "h", "end", "longest", "atol", "ceiling", "former")},

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.numerics.arrays import LANES, Arrays
-from plastica.numerics.block import Block, Rate, block_of
+from plastica.numerics.block import Block, Machine, Rate, block_of
 
 __all__ = [
     "COARSE",
@@ -69,6 +69,14 @@ class System(Protocol):
 
     def rate(self, arrays: Arrays, width: int) -> Rate:
         """Return the rate for blocks of a width: (t, y, p, out) -> dy/dt, written into `out` where that is not None."""
+
+    def machine(self, rtol: float) -> Machine | None:
+        """Return what tries a step of DOP853 in machine code, if there is such a thing.
+
+        (columns, p, y) -> found: from times, steps and absolute tolerances (3, width), parameters and states, to new
+        states, sums of squares in units of the tolerance (of the errors of orders 5 and 3, and of the first slope),
+        and first and last slope of the switching row, times the step; shape (rows + 5, width).
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +230,8 @@ class _Run:
         """A new block, with as many of those that wait as it has columns."""
         nobody = np.zeros(0, dtype=np.intp)
         parameters = self.members.parameters(nobody, nobody).shape[0]
-        block = block_of(self.system, self.arrays, self.options.rtol, width, parameters)
+        machine = self.system.machine(self.options.rtol) if self.arrays.compiled else None
+        block = block_of(self.system, self.arrays, self.options.rtol, width, parameters, machine)
         self._fill(block, np.arange(width))
         return block
 

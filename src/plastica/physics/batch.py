@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.material.anywhere import function_of
+from plastica.material.tape import Tape, tape_of
 from plastica.numerics.arrays import LANES, AnyArray, Arrays
 from plastica.physics.program import Program
 from plastica.physics.strut import Strut
 
-__all__ = ["BatchLaws", "Forces", "Struts", "batch_laws", "readings"]
+__all__ = ["BatchLaws", "Forces", "Struts", "batch_laws", "readings", "tapes_of"]
 
 Array = NDArray[np.float64]
 LawOf = Callable[..., AnyArray]
@@ -55,18 +56,33 @@ def batch_laws(strut: Strut, varying: Sequence[str], xp: Any) -> BatchLaws:
     -------
     BatchLaws
     """
-    material, laws = strut.material, strut.laws
-    numbers = {name: value for name, value in material.values.items() if name not in varying}
 
     def law(name: str, order: int) -> LawOf:
-        scales = getattr(laws, name)
-        expression = scales.expression.derivative(order) if order else scales.expression
-        value_scale = scales.value_scale * scales.argument_scale**order
-        return function_of(
-            expression.tree, expression.variable, numbers, varying, xp, scales.argument_scale, value_scale
-        )
+        tree, variable, numbers, argument_scale, value_scale = _written(strut, varying, name, order)
+        return function_of(tree, variable, numbers, varying, xp, argument_scale, value_scale)
 
     return BatchLaws(law("preference", 0), law("preference", 1), law("flow", 0), law("threshold", 0))
+
+
+def tapes_of(struts: Struts) -> tuple[Tape, Tape, Tape]:
+    """Write the slope of the preference, the threshold and the flow on tapes; see `batch_laws`."""
+
+    def law(name: str, order: int) -> Tape:
+        tree, variable, numbers, argument_scale, value_scale = _written(struts.strut, struts.varying, name, order)
+        return tape_of(tree, variable, numbers, struts.varying, argument_scale, value_scale)
+
+    return law("preference", 1), law("threshold", 0), law("flow", 0)
+
+
+def _written(
+    strut: Strut, varying: Sequence[str], name: str, order: int
+) -> tuple[Any, str, dict[str, float], float, float]:
+    """A law's tree or that of its derivative, its variable, the numbers in it, and the scales of argument and value."""
+    numbers = {each: value for each, value in strut.material.values.items() if each not in varying}
+    scales = getattr(strut.laws, name)
+    expression = scales.expression.derivative(order) if order else scales.expression
+    value_scale = scales.value_scale * scales.argument_scale**order
+    return expression.tree, expression.variable, numbers, scales.argument_scale, value_scale
 
 
 @dataclass(frozen=True)
@@ -180,6 +196,14 @@ class Struts:
             return arrays.stacked(mu_t, natural_rate(mean, mu_nat, p), out)
 
         return rate
+
+    def machine(self, rtol: float) -> Callable[[Array, Array, Array], Array] | None:
+        """Return what tries a step in machine code; None where a load is no straight line on its legs."""
+        if self.forces.curved:
+            return None
+        from plastica.physics.machine import machine_of
+
+        return machine_of(self, rtol)
 
     def _natural_rate(self, arrays: Arrays, width: int) -> Callable[[AnyArray, AnyArray, AnyArray], AnyArray]:
         """(mean curvature, mu_nat, p) -> f(D - Theta) - f(-Theta - D)."""
