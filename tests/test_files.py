@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +12,14 @@ import pytest
 
 import plastica as pl
 from plastica.errors import ArgumentError, FileError
-from plastica.files import read_bytes, write_whole
+from plastica.files import check_schema, read_bytes, write_whole
 from plastica.motion.checkpoint import Checkpoint
+from plastica.study.sweep_create import create
+from plastica.study.sweep_store import PLAN
 from tests.support import pair
+from tests.swept import plan
+
+DATA = Path(__file__).parent / "data"
 
 
 @pytest.fixture(scope="module")
@@ -52,16 +59,44 @@ def test_names_that_no_system_takes(tmp_path: Path, sol: pl.Solution) -> None:
         Checkpoint(tmp_path / "a\0b", "run")
 
 
-@pytest.mark.parametrize("schema", [0, -1])
-def test_a_schema_that_never_was_is_damage(schema: int, tmp_path: Path, sol: pl.Solution) -> None:
+def result_of_version(folder: Path, schema: int) -> None:
     import h5py
 
-    path = sol.save(tmp_path / "run.nc")
+    path = pl.read(DATA / "result_v1.nc").save(folder / f"run{schema}.nc")
     with h5py.File(path, "r+") as file:
         file.attrs["plastica_schema"] = schema
-    with pytest.raises(FileError, match=f"is damaged.*its plastica_schema is {schema}") as caught:
-        pl.read(path)
-    assert "later" not in str(caught.value)
+    pl.read(path)
+
+
+def sweep_of_version(folder: Path, schema: int) -> None:
+    made = create(folder / f"{schema}.sweep", plan({"load.thrust": [1.0, 2.0]}))
+    described = json.loads((made.folder / PLAN).read_text(encoding="utf-8"))
+    (made.folder / PLAN).write_text(json.dumps({**described, "schema": schema}), encoding="utf-8")
+    pl.read_sweep(made.folder)
+
+
+def check_versions_are_told_apart(read: Callable[[Path, int], None], folder: Path) -> None:
+    """A layout of later days is refused by name, with what to do; one that never was is damage."""
+    with pytest.raises(FileError) as later:
+        read(folder, 99)
+    assert "must have schema version 1, but is 99." in str(later.value)
+    assert "It was written by a later plastica: read it with that one." in str(later.value)
+    for schema in (0, -1):
+        with pytest.raises(FileError, match=f"is damaged.*its schema version is {schema}") as never:
+            read(folder, schema)
+        assert "later" not in str(never.value)
+
+
+@pytest.mark.parametrize("read", [result_of_version, sweep_of_version])
+def test_versions_are_told_apart(read: Callable[[Path, int], None], tmp_path: Path) -> None:
+    check_versions_are_told_apart(read, tmp_path)
+
+
+def test_of_several_versions_all_are_read(tmp_path: Path) -> None:
+    for version in (1, 2, 3):
+        check_schema(version, 3, tmp_path)
+    with pytest.raises(FileError, match="must have schema version 1 to 3, but is 4"):
+        check_schema(4, 3, tmp_path)
 
 
 @pytest.mark.parametrize("every", [-1.0, math.nan, math.inf, "often", None, True, 10**400])

@@ -79,16 +79,6 @@ def test_the_first_schema_is_read(tmp_path: Path) -> None:
     assert np.abs(again.history.y[-1] - sol.history.y[-1]).max() <= 100.0 * sol.rtol
 
 
-def test_a_later_schema_is_refused_by_name(tmp_path: Path) -> None:
-    import h5py
-
-    path = some_solution().save(tmp_path / "run.nc")
-    with h5py.File(path, "r+") as file:
-        file.attrs["plastica_schema"] = 99
-    with pytest.raises(FileError, match="schema version"):
-        pl.read(path)
-
-
 def check_damage(path: Path, damaged: bytes) -> None:
     path.write_bytes(damaged)
     with pytest.raises(FileError, match="damaged"):

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from plastica.motion import store
 from plastica.motion.solve import solve
 from plastica.show import checks, report, view
-from plastica.study import building, export, measured, problems
+from plastica.study import building, export, measured, problems, sweep_store
 from plastica.study import run as runs
 from tests import (
     pictured,
     reported,
     test_cli,
+    test_files,
     test_film,
     test_house,
     test_measured,
@@ -75,6 +77,12 @@ CHECKS: dict[str, Check] = {
     ),
     "the ledger is judged": lambda _: test_report_words.check_ledger_is_judged(test_report_words.ledger_judgement),
     "pictures have words": lambda _: test_report_words.check_pictures_have_words(page(reported.run("held"))),
+    "versions of results are told apart": lambda folder: test_files.check_versions_are_told_apart(
+        test_files.result_of_version, folder
+    ),
+    "versions of sweeps are told apart": lambda folder: test_files.check_versions_are_told_apart(
+        test_files.sweep_of_version, folder
+    ),
     "units change nothing": test_scenario.check_units_change_nothing,
     "all mistakes at once": test_scenario.check_all_mistakes_at_once,
     "a slip is told once": lambda folder: test_scenario_slips.check_a_slip_is_told_once(folder, "a strip"),
@@ -98,6 +106,11 @@ def unescaped(sound: Callable[[], Any]) -> Callable[[], Any]:
 def first_only(sound: Any) -> Any:
     """After the first mistake no other is noted."""
     return lambda self, path, sentence, **more: None if self._found else sound(self, path, sentence, **more)
+
+
+def unchecked(_: Any) -> Any:
+    """A file of any version is taken for one that can be read."""
+    return lambda *_: None
 
 
 def twice(sound: Any) -> Any:
@@ -197,6 +210,8 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("a slip is told once", "what was meant is forgotten", replacing(problems.Problems, "add", twice)),
     ("what is missing is told", "any slip stands for it", replacing(problems.Problems, "add", anything)),
     ("what is missing is told", "a slip elsewhere stands for it", replacing(problems.Problems, "add", anywhere)),
+    ("versions of results are told apart", "any is read", replacing(store, "check_schema", unchecked)),
+    ("versions of sweeps are told apart", "any is read", replacing(sweep_store, "check_schema", unchecked)),
     ("text is escaped", "templates that do not escape", replacing(report, "_environment", unescaped)),
     ("nothing is loaded", "a style sheet from elsewhere", replacing(report, "page", linked)),
     (

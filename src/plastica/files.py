@@ -10,7 +10,7 @@ from pathlib import Path
 
 from plastica.errors import ArgumentError, FileError
 
-__all__ = ["as_path", "read_bytes", "regular_file", "write_whole"]
+__all__ = ["as_path", "check_schema", "read_bytes", "regular_file", "write_whole"]
 
 
 def as_path(given: object, where: str = "path") -> Path:
@@ -125,6 +125,36 @@ def read_bytes(path: str | Path, *, limit: int) -> bytes:
         return source.read_bytes()
     except OSError as error:
         raise _unreadable(source, error) from None
+
+
+def check_schema(found: int, known: int, source: Path) -> None:
+    """Refuse a file whose layout is of a version that this package cannot read.
+
+    Parameters
+    ----------
+    found : int
+        The version that the file bears.
+    known : int
+        The latest version that is read; all versions from 1 to it are.
+    source : Path
+        The file.
+
+    Raises
+    ------
+    FileError
+        Where the version is a later one.
+    ValueError
+        Where there never was such a version: the file is damaged, which its reader says in its own words.
+    """
+    if found < 1:
+        raise ValueError(f"its schema version is {found}")
+    if found > known:
+        raise FileError(
+            f"must have schema version {'1' if known == 1 else f'1 to {known}'}",
+            where=str(source),
+            value=found,
+            next_step="It was written by a later plastica: read it with that one.",
+        )
 
 
 def _unreadable(source: Path, error: Exception) -> FileError:

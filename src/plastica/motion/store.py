@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError, FileError
-from plastica.files import as_path, regular_file, write_whole
+from plastica.files import as_path, check_schema, regular_file, write_whole
 from plastica.material.material import Material
 from plastica.motion.history import History
 from plastica.motion.solution import Solution
@@ -240,16 +240,7 @@ def _opened(file: h5py.File, source: Path) -> dict[str, Any]:
     """Check version and seal, and return the description of the run."""
     if "plastica_schema" not in file.attrs:
         raise _damaged(source, "it has no plastica_schema")
-    schema = int(file.attrs["plastica_schema"])
-    if schema < 1:
-        raise _damaged(source, f"its plastica_schema is {schema}")
-    if schema > SCHEMA:
-        raise FileError(
-            f"must have schema version {SCHEMA}",
-            where=str(source),
-            value=schema,
-            next_step="It was written by a later plastica: read it with that one.",
-        )
+    check_schema(int(file.attrs["plastica_schema"]), SCHEMA, source)
     if str(file.attrs["plastica_digest"]) != _digest(file):
         raise _damaged(source, "its contents do not match its digest")
     meta = json.loads(str(file.attrs["plastica_meta"]))

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import FileError, PlasticaError
-from plastica.files import as_path, read_bytes, regular_file
+from plastica.files import as_path, check_schema, read_bytes, regular_file
 from plastica.study.reading import read_document
 from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan, make_plan, versions
@@ -235,14 +235,7 @@ def open_store(folder: str | Path) -> Store:
         )
     try:
         described = json.loads(read_bytes(regular_file(source / PLAN, limit=LARGEST_PLAN), limit=LARGEST_PLAN))
-        schema = int(described["schema"])
-        if schema > SCHEMA:
-            raise FileError(
-                f"must have schema version {SCHEMA}",
-                where=str(source),
-                value=schema,
-                next_step="It was written by a later plastica: read it with that one.",
-            )
+        check_schema(int(described["schema"]), SCHEMA, source)
         table = {**described["sweep"], "chunk": int(described["chunk"])}
         plan = make_plan(read_document(source / SCENARIO), table, checked=False)
         return Store(source, plan, str(described["identity"]), dict(described["versions"]))
