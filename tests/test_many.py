@@ -86,19 +86,19 @@ PROGRAMS: tuple[Any, ...] = (
 )
 
 
-def check_programs() -> None:
+def check_programs(programs: tuple[Any, ...] = PROGRAMS, weight: Any = "0.5*(1 + cos(t))") -> None:
     """Each member has its thrust in time and lands on its own jumps; the other loads act on all of them."""
     load = pl.Load(
         transverse=pl.programs.ramp_hold_release(0.3, 2.0, 2.0, 1.0),
         couple=0.1,
-        weight="0.5*(1 + cos(t))",
+        weight=weight,
         weight_angle=0.3,
     )
     strut = STRUT.with_load(load)
-    factor = np.array([1.0, 1.2, 0.9, 1.0, 1.5, 0.0])
+    factor = np.array([1.0, 1.2, 0.9, 1.0, 1.5, 0.0])[: len(programs)]
     times = [0.7, 3.3, 8.0]
-    found = pl.solve_many(strut, SHAPE, 0.1, PROGRAMS, thrust_factor=factor, times=times)
-    for i, (program, gain) in enumerate(zip(PROGRAMS, factor, strict=True)):
+    found = pl.solve_many(strut, SHAPE, 0.1, programs, thrust_factor=factor, times=times)
+    for i, (program, gain) in enumerate(zip(programs, factor, strict=True)):
         thrust = pl.Load(thrust=program).thrust.multiplied(gain) if gain else pl.programs.constant(0.0)
         alone = singly(strut.with_load(replace(load, thrust=thrust)), SHAPE, 0.1, until=8.0, times=times, rtol=1e-11)
         assert error_beside_solve(found, i, alone) <= 1e-7, i
@@ -123,9 +123,11 @@ def check_legs() -> None:
         assert np.abs(value - exact).max() <= 10 * EPS * 4.0
 
 
-def check_corners() -> None:
+KINDS = (("sine", 1.5), ("triangle", 2.5), ("sine", 4.0), ("triangle", 4.0))
+
+
+def check_corners(kinds: tuple[tuple[str, float], ...] = KINDS) -> None:
     """Yielding that starts and stops again and again costs no accuracy, though the rate has a corner each time."""
-    kinds = (("sine", 1.5), ("triangle", 2.5), ("sine", 4.0), ("triangle", 4.0))
     thrust = [pl.programs.cycles(0.0, 4.0, period, shape=shape) for shape, period in kinds]
     found = pl.solve_many(STRUT, SHAPE, 0.1, thrust, until=12.0)
     for i, each in enumerate(thrust):
@@ -328,6 +330,10 @@ def check_rest() -> None:
         strut = pl.Strut(MATERIAL.with_parameters(h=50.0), pl.Load(thrust=each), STRUT.grid)
         alone = singly(strut, SHAPE, 0.3, until=3000.0, times=[5.0, 200.0, 3000.0], rtol=1e-11)
         assert error_beside_solve(found, i, alone) <= 1e-8
+    many = np.random.default_rng(4).uniform(0.0, 10.0, 60)
+    for rtol in (1e-6, 1e-8, 1e-10, 1e-12):
+        every = pl.solve_many(STRUT, SHAPE, 0.3, many, {"h": 50.0}, until=3000.0, rtol=rtol)
+        assert every.steps.max() <= 150
 
 
 def check_mirror() -> None:

@@ -264,7 +264,7 @@ def test_libraries_by_name_and_by_array() -> None:
     assert arrays_of(np.ones(3), 1.0, None).name == "numpy"
     assert arrays_of(array_api_strict.asarray([1.0])).name == "array_api_strict"
     assert arrays_on(None, None, array_api_strict.asarray([1.0])).name == "array_api_strict"
-    with pytest.raises(ValueError, match="`library` must be one of numpy, cupy, torch, jax"):
+    with pytest.raises(ValueError, match="`library` must be one of numpy, numba, cupy, torch, jax"):
         arrays_on("tables", None)
 
 

@@ -42,12 +42,19 @@ AT_REST: Final = 0.01
 """Share of the tolerance: where the whole way to go, at the present rate, comes to less, the state is that of the end.
 Only asked where the switching row is at rest and time does not matter, so that what changes dies away."""
 
+ROUNDING: Final = 2.5e-13
+"""Share of the state: less than this is not asked of the way to go, for rounding alone makes it seem as long."""
+
 DYING: Final = 100.0
 """Time within which what is near rest dies away. Where it takes a hundred times as long, one tolerance is missed."""
 
 NEAR_REST: Final = 1e4
-"""Tolerances: where the way to go comes to less, the steps must be more exact, by up to a thousand times. Steps as long
-as stability lets them be keep stirring up errors of the size of the tolerance, and rest would never be seen."""
+"""Tolerances: where the way to go comes to less, the steps must be more exact. Steps as long as stability lets them be
+keep stirring up errors of the size of the tolerance, and rest would never be seen."""
+
+CALMER: Final = 1e5
+"""How much more exact they must be, as far as rounding lets them; with a hundredth of it a third of all struts that
+cease to yield were stepped on with for ever."""
 
 # Where the state and the slopes lie in the stack, so that what a stage needs lies together. Slopes are times the step.
 _STATE: Final = 2
@@ -156,7 +163,8 @@ class Block:
         self._most, self._calm, self._least_error = (arrays.of(np.full(width, x)) for x in (MOST, CALM, 1e-12))
         self._stages = [(first, last, arrays.of(row[None, :])) for first, last, row in _stages()]
         self._last = arrays.of(_result())
-        self._calmer = min(1e3, max(1.0, self.rtol / 2.5e-14))
+        self._calmer = min(CALMER, max(1.0, self.rtol * DYING / ROUNDING))
+        self._at_rest = max(AT_REST, ROUNDING / self.rtol)
         self._into = {name: arrays.into(name) for name in ("multiply", "matmul", "divide", "maximum", "add", "abs")}
         self._views = _Views(self.stack) if arrays.writable else None
 
@@ -241,7 +249,7 @@ class Block:
         new, error, change = self._new_state_and_error(h)
         to_go = change * xp.clip(left, 0.0, DYING) / h
         error = xp.where(to_go <= NEAR_REST, self._calmer * error, error)
-        landing = landing | (to_go <= AT_REST)
+        landing = landing | (to_go <= self._at_rest)
         accepted = (error <= 1.0) & self._alive
         self.stack = arrays.put(self.stack, _STATE, arrays.chosen(accepted, new, self.stack[_STATE, ...]))
         self.t = xp.where(accepted, xp.where(landing, self.end, self.t + h), self.t)
