@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,25 @@ import pytest
 
 import plastica as pl
 from plastica.show import regimes
-from plastica.study import sweep_batch, sweep_engines, sweep_interest, sweep_members, sweep_store, sweep_tasks
+from plastica.study import (
+    sweep_aside,
+    sweep_batch,
+    sweep_create,
+    sweep_engines,
+    sweep_interest,
+    sweep_members,
+    sweep_store,
+    sweep_tasks,
+)
 from plastica.study.sweep_store import Store
-from tests import test_sweep, test_sweep_crash, test_sweep_doors, test_sweep_members, test_sweep_store
+from tests import (
+    test_sweep,
+    test_sweep_crash,
+    test_sweep_doors,
+    test_sweep_leftovers,
+    test_sweep_members,
+    test_sweep_store,
+)
 from tests.commandline import written
 from tests.defects import Patch, replacing
 from tests.swept import REGIME_SWEEP, plan
@@ -53,6 +71,8 @@ CHECKS: dict[str, Check] = {
     "another's chunk is mended": damaged("the chunk is another's"),
     "a missing seal is mended": damaged("a seal is missing"),
     "interrupted anywhere": interrupted,
+    "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
+    "others' folders stay": test_sweep_leftovers.check_others,
     "a hopeless chunk is told": test_sweep_crash.check_hopeless_chunk,
     "members do not touch one another": independent,
     "members are as they are alone": lambda _: test_sweep.check_members_alone("thrust and material"),
@@ -133,6 +153,11 @@ def shuffled_shares(patch: Patch) -> None:
     )
 
 
+def re_without_limits() -> Any:
+    """Regular expressions that take a name for any that begins as it does."""
+    return SimpleNamespace(escape=re.escape, compile=lambda text: re.compile(text.replace("{8}", "+.*")))
+
+
 DEFECTS: dict[str, Callable[[Patch], None]] = {
     "existence taken for content": spoil_existence,
     "a digest of nothing": spoil_digest,
@@ -140,6 +165,10 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a store that computes everything again": spoil_zeal,
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
+    "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
+    "a lock that nobody heeds": replacing(sweep_aside, "_lock", lambda _: lambda mark, *, wait: True),
+    "any age is enough": lambda patch: patch.setattr(sweep_aside, "LONG", -1.0),
+    "any name is ours": replacing(sweep_aside, "re", lambda _: re_without_limits()),
     "a dead worker's chunk given to nobody": replacing(sweep_engines._Crew, "_mourn", no_chunk_given_back),
     "a member that poisons its neighbours": replacing(sweep_tasks, "compute_together", poisoned),
     "members in another order": replacing(
@@ -176,6 +205,11 @@ TEETH = [
     ("interrupted anywhere", "the seal written first"),
     ("interrupted anywhere", "the status written first"),
     ("interrupted anywhere", "a store that computes everything again"),
+    ("a killed creation leaves nothing", "leftovers that stay"),
+    ("a killed creation leaves nothing", "a lock that nobody heeds"),
+    ("others' folders stay", "leftovers that stay"),
+    ("others' folders stay", "any age is enough"),
+    ("others' folders stay", "any name is ours"),
     ("a hopeless chunk is told", "a dead worker's chunk given to nobody"),
     ("members do not touch one another", "a member that poisons its neighbours"),
     ("members are as they are alone", "members in another order"),

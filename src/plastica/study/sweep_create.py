@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from plastica.errors import FileError
 from plastica.files import as_path
 from plastica.study.building import inside
+from plastica.study.sweep_aside import folder_aside, remove_leftovers
 from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan, versions
 from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
@@ -68,25 +68,21 @@ def create(folder: str | Path, plan: Plan) -> Store:
         Where there is something else, the disk is too small, or it cannot be written.
     """
     target = as_path(folder, "store")
+    remove_leftovers(target)
     if target.exists():
         return _taken_up(target, plan)
     _check_disk(target, plan)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
-    except OSError as error:
-        raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
-    try:
-        aside.chmod(0o755)
-        _fill(aside, plan)
-        aside.rename(target)
+        with folder_aside(target) as aside:
+            aside.chmod(0o755)
+            _fill(aside, plan)
+            aside.rename(target)
     except OSError as error:
         if target.exists():
             return _taken_up(target, plan)
         raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-    return Store(target, plan, plan.identity, versions())
+    return Store(target, plan, plan.identity, plan.versions)
 
 
 def _taken_up(target: Path, plan: Plan) -> Store:
@@ -97,7 +93,7 @@ def _taken_up(target: Path, plan: Plan) -> Store:
             where=str(target),
             next_step="Name another store.",
         )
-    return Store(target, plan, plan.identity, versions())
+    return Store(target, plan, plan.identity, plan.versions)
 
 
 def _check_disk(target: Path, plan: Plan) -> None:
@@ -125,10 +121,11 @@ def _fill(folder: Path, plan: Plan) -> None:
         "scenario": plan.document.file.name,
         "sweep": plan.table,
         "chunk": plan.chunk,
-        "versions": versions(),
+        "versions": plan.versions,
     }
-    (folder / PLAN).write_text(json.dumps(described, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     _fill_results(folder / RESULTS, plan)
+    # Last: until then the file says that the folder is being made.
+    (folder / PLAN).write_text(json.dumps(described, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _fill_results(path: Path, plan: Plan) -> None:
