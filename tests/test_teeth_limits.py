@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from plastica.equilibria import limits
+from plastica.equilibria import endings, limits
 from tests import test_limits, test_rest
 
 Patch = pytest.MonkeyPatch
 
 
-def _changed(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
-    return lambda patch: patch.setattr(limits, name, made(getattr(limits, name)))
+def _changed(place: Any, name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
+    return lambda patch: patch.setattr(place, name, made(getattr(place, name)))
 
 
-def _method(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
-    return lambda patch: patch.setattr(limits._State, name, made(getattr(limits._State, name)))
+def _mirrored(sound: Any) -> Any:
+    def spoiled(start: Any, margin: Any) -> Any:
+        root, code = sound(start, margin)
+        return -root, code
 
-
-def _always(value: float) -> Callable[[Patch], None]:
-    return lambda patch: patch.setattr(limits, "CLEAR", value)
+    return spoiled
 
 
 def _jacobian_of_a_longer_rod(patch: Patch) -> None:
@@ -41,14 +42,14 @@ def _heavier(strut: Any) -> Any:
 
 DEFECTS: dict[str, Callable[[Patch], None]] = {
     "the rate without the threshold's slope": _changed(
-        "_rate", lambda sound: lambda gamma, laws, alpha, side: sound(gamma, laws, alpha, -side)
+        endings, "rates", lambda sound: lambda start, end: sound(replace(start, side=-start.side), end)
     ),
-    "a cube for the square": _changed("_power", lambda sound: lambda laws: (3.0, sound(laws)[1])),
-    "no margin": _always(1e-6),
-    "the other root": _changed(
-        "_first_root", lambda sound: lambda gamma, laws, alpha, side, margin: -sound(gamma, laws, alpha, side, margin)
+    "a cube for the square": _changed(limits, "_power", lambda sound: lambda laws: (3.0, sound(laws)[1])),
+    "no margin": _changed(endings, "CLEAR", lambda sound: 1e-6),
+    "the other root": _changed(endings, "first_roots", _mirrored),
+    "the shape of half the thrust": _changed(
+        limits, "endings", lambda sound: lambda grid, gamma, *state: sound(grid, 0.999 * gamma, *state)
     ),
-    "the shape of half the thrust": _method("gamma", lambda sound: property(lambda self: 0.999 * sound.fget(self))),
     "a thrust a millionth larger": _jacobian_of_a_longer_rod,
 }
 
@@ -81,4 +82,4 @@ def test_catches(check: Callable[[], None], defect: str, monkeypatch: pytest.Mon
 
 def test_every_defect_has_a_check() -> None:
     assert {defect for _, defect in TEETH} == set(DEFECTS)
-    assert np.isfinite(limits.CLEAR)
+    assert np.isfinite(endings.CLEAR)

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.equilibria.elastica import LARGEST_GAMMA, ends, profile
+from plastica.equilibria.elastica import profile
+from plastica.equilibria.endings import INTERIOR, UNDECIDED, WHY, Endings, distance_between, endings
 from plastica.equilibria.equilibrium import Equilibrium, equilibrium
-from plastica.equilibria.rest import Rest, settle
-from plastica.equilibria.spectrum import spectrum, unstable_count
+from plastica.equilibria.spectrum import spectrum
+from plastica.equilibria.way import laws_of_all
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws
 from plastica.physics.initial import initial_natural_curvature
@@ -28,17 +29,6 @@ if TYPE_CHECKING:
 __all__ = ["Assumption", "Limit", "predict_limit"]
 
 Array = NDArray[np.float64]
-
-SAMPLES = 2001
-FARTHEST = 200.0
-"""Clamp curvature up to which the way along the curve of equilibria is followed."""
-
-NEAR_FOLD = 1e-6
-"""|theta_0'(1)| below which an equilibrium counts as too near a fold to predict anything from it."""
-
-CLEAR = 2.0
-"""How many times the state's distance from the curve of equilibria a margin must be to count as clear. Of 540 states on
-60 random runs, 1 gave no wrong prediction (332 decided), 0.3 gave 20 wrong ones."""
 
 
 @dataclass(frozen=True)
@@ -155,72 +145,43 @@ def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
     if state.shape != (strut.grid.size,) or not np.isfinite(state).all():
         raise ArgumentError(f"must be {strut.grid.size} finite nodal values", where="mu", value=state.shape)
     natural = float(initial_natural_curvature(mu_nat, strut.scales, si=strut.specimen is not None))
-    return _State(strut, state, natural).limit()
+    gamma = float(strut.loads.thrust(0.0))
+    laws, one = laws_of_all(strut.laws), np.ones(1)
+    found = endings(strut.grid, gamma * one, state[None, :], natural * one, laws)
+    if found.kind[0] == UNDECIDED:
+        return _undecided(WHY[found.why[0]])
+    return _Told(strut, gamma, state, natural, found).limit()
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
-    """A dimensionless state under a constant thrust."""
+class _Told:
+    """Where a dimensionless state under a constant thrust ends, to be put in words."""
 
     strut: Strut
+    gamma: float
     mu: Array
     mu_nat: float
+    found: Endings
 
     @property
-    def gamma(self) -> float:
-        return float(self.strut.loads.thrust(0.0))
+    def alpha(self) -> float:
+        return float(self.found.alpha[0])
 
     @property
-    def laws(self) -> Laws:
-        return self.strut.laws
+    def stable(self) -> bool:
+        return bool(self.found.stable[0])
 
     def limit(self) -> Limit:
-        """Predict: the static shape of the present natural curvature first, then which way it moves from there."""
-        largest = float(np.abs(self.mu).max(initial=abs(self.mu_nat)))
-        if self.gamma > LARGEST_GAMMA or largest**2 + 4.0 * self.gamma > FARTHEST**2:
-            return _undecided("its thrust or its curvature is beyond what the curve of equilibria is followed to")
-        shape = settle(self.strut, self.mu, self.mu_nat)
-        alpha = self._on_curve(shape)
-        if alpha is None:
-            return _undecided("it is too near a fold, where static shapes meet, or no static shape was found")
-        away = float(np.sqrt(self.strut.grid.w @ (self.mu - shape.mu) ** 2))
-        drive, threshold = self._drive(alpha), float(self.laws.threshold.value_at(self.mu_nat))
-        excess = abs(drive) - threshold
-        yielding = abs(float(self.strut.drive(self.mu, self.mu_nat))) > threshold
-        if excess + away <= 0.0 and not yielding:
-            return self._interior(alpha, away)
-        if excess <= CLEAR * away * (1.0 if yielding else 0.0) or excess <= 0.0:
-            return _undecided("it is about to start or stop yielding, and where it ends depends on when")
-        return self._limiting(alpha, 1.0 if drive > 0.0 else -1.0, away, excess)
+        return self._interior() if self.found.kind[0] == INTERIOR else self._limiting()
 
-    def _on_curve(self, shape: Rest) -> float | None:
-        """Clamp curvature of the static shape: Newton on phi_alpha'(1) = mu_nat from what the grid says."""
-        if not shape.converged:
-            return None
-        alpha = float(self.strut.curvature_between([0.0], shape.mu[None, :], [0.0])[0, 0])
-        start = alpha
-        for _ in range(20):
-            end = ends(self.gamma, alpha)
-            slope = float(end.theta0_slope)
-            if abs(slope) < NEAR_FOLD:
-                return None
-            change = (float(end.mu_nat) - self.mu_nat) / slope
-            alpha -= change
-            if abs(change) <= 1e-14 * max(1.0, abs(alpha)):
-                break
-        return alpha if abs(alpha - start) <= 1e-3 * max(1.0, abs(start)) else None
-
-    def _drive(self, alpha: ArrayLike) -> float:
-        end = ends(self.gamma, alpha)
-        return float(end.arm - self.laws.preference.slope(np.asarray(end.mu_nat)))
-
-    def _interior(self, alpha: float, away: float) -> Limit:
-        found = self._equilibrium(alpha)
-        unstable = int(unstable_count(self.gamma, alpha))
-        gap = float(spectrum(found).gap) if unstable == 0 else None
+    def _interior(self) -> Limit:
+        end = self._equilibrium()
+        gap = float(spectrum(end).gap) if self.stable else None
         assumptions = (
             Assumption("yields no more", True, "the drive stays within the threshold on all of the rest of the way"),
-            Assumption("undisturbed", False, "no disturbance throws it off an unstable shape") if unstable else _STABLE,
+            _STABLE
+            if self.stable
+            else Assumption("undisturbed", False, "no disturbance throws it off an unstable shape"),
         )
         how = (
             f": it approaches exponentially, at the rate {gap:.4g} per retardation time"
@@ -229,21 +190,13 @@ class _State:
         )
         sentence = f"It ends at the static shape of its natural curvature, which is frozen{how}."
         return Limit(
-            "interior", found, unstable == 0, self._distance(alpha), assumptions, gap, None, None, None, sentence
+            "interior", end, self.stable, self._distance(), assumptions, gap, None, None, None, sentence
         )
 
-    def _limiting(self, alpha: float, side: float, away: float, excess: float) -> Limit:
-        """Follow the curve of equilibria the way the drive moves the natural curvature, up to |D| = Theta."""
-        root = _first_root(self.gamma, self.laws, alpha, side, CLEAR * away)
-        if isinstance(root, str):
-            return _undecided(root)
-        moved = self._apart(alpha, root)
-        if away > moved / CLEAR:
-            return _undecided("it has not yet forgotten its start")
-        rate = _rate(self.gamma, self.laws, root, side)
-        exponent, coefficient = _power(self.laws)
-        unstable = int(unstable_count(self.gamma, root))
-        stable = unstable == 0 and rate > 0.0
+    def _limiting(self) -> Limit:
+        rate, away, now = (float(each[0]) for each in (self.found.rate, self.found.away, self.found.now))
+        moved = distance_between(self.gamma, now, self.alpha, self.strut.grid)
+        exponent, coefficient = _power(self.strut.laws)
         assumptions = (
             Assumption(
                 "has forgotten its start", True, f"it is {away:.1e} from the curve of equilibria, and {moved:.1e} to go"
@@ -252,26 +205,30 @@ class _State:
             Assumption(
                 "follows the curve", False, "the lag behind the moving static shape stays as small as it is now"
             ),
-            _STABLE if stable else Assumption("undisturbed", False, "no disturbance throws it off a saddle"),
+            _STABLE if self.stable else Assumption("undisturbed", False, "no disturbance throws it off a saddle"),
         )
         law = _law_in_words(rate, exponent, coefficient)
-        sentence = f"It ends where the drive equals the threshold, at the clamp curvature {root:.8g}/L; {law}."
-        found = self._equilibrium(root)
+        sentence = f"It ends where the drive equals the threshold, at the clamp curvature {self.alpha:.8g}/L; {law}."
         return Limit(
-            "limiting", found, stable, self._distance(root), assumptions, rate, exponent, coefficient, excess, sentence
+            "limiting",
+            self._equilibrium(),
+            self.stable,
+            self._distance(),
+            assumptions,
+            rate,
+            exponent,
+            coefficient,
+            float(self.found.excess[0]),
+            sentence,
         )
 
-    def _equilibrium(self, alpha: float) -> Equilibrium:
-        return equilibrium(self.strut.material, self.gamma, alpha, specimen=self.strut.specimen)
+    def _equilibrium(self) -> Equilibrium:
+        return equilibrium(self.strut.material, self.gamma, self.alpha, specimen=self.strut.specimen)
 
-    def _distance(self, alpha: float) -> float:
-        shape = profile(self.gamma, alpha, self.strut.grid.s)
+    def _distance(self) -> float:
+        shape = profile(self.gamma, self.alpha, self.strut.grid.s)
         off = float(self.strut.grid.w @ (np.asarray(shape.slope) - self.mu) ** 2)
-        return float(np.sqrt(off + (float(ends(self.gamma, alpha).mu_nat) - self.mu_nat) ** 2))
-
-    def _apart(self, one: float, other: float) -> float:
-        a, b = (np.asarray(profile(self.gamma, alpha, self.strut.grid.s).slope) for alpha in (one, other))
-        return float(np.sqrt(self.strut.grid.w @ (a - b) ** 2))
+        return float(np.sqrt(off + (float(self.found.mu_nat[0]) - self.mu_nat) ** 2))
 
 
 _STABLE = Assumption("stable", True, "the end has no unstable direction")
@@ -280,48 +237,6 @@ _STABLE = Assumption("stable", True, "the end has no unstable direction")
 def _undecided(why: str) -> Limit:
     sentence = f"Where it ends cannot be told yet: {why}. Integrate further and ask again."
     return Limit("undecided", None, None, None, (), None, None, None, None, sentence)
-
-
-def _gap(gamma: float, laws: Laws, alpha: ArrayLike, side: float) -> tuple[Array, Array]:
-    """G = side D - Theta along the curve of equilibria, and theta_0'(1); both of the shape of alpha."""
-    end = ends(gamma, alpha)
-    natural = np.asarray(end.mu_nat)
-    drive = np.asarray(end.arm) - laws.preference.slope(natural)
-    return side * drive - laws.threshold.value(natural), np.asarray(end.theta0_slope)
-
-
-def _first_root(gamma: float, laws: Laws, alpha: float, side: float, margin: float) -> float | str:
-    """First alpha with |D| = Theta on the way, or why there is none to be told."""
-    from scipy.optimize import brentq
-
-    start = float(_gap(gamma, laws, alpha, side)[1])
-    direction = np.sign(side * start)
-    lower, width = alpha, 0.05 * max(1.0, abs(alpha))
-    while abs(lower) <= FARTHEST:
-        way = lower + direction * np.linspace(0.0, width, SAMPLES)
-        gap, slope = _gap(gamma, laws, way, side)
-        ends_at = np.nonzero(gap <= 0.0)[0]
-        folds = np.nonzero(np.sign(slope) != np.sign(start))[0]
-        last = min(int(ends_at[0]) if ends_at.size else SAMPLES, int(folds[0]) if folds.size else SAMPLES)
-        dips = np.nonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]) & (gap[1:-1] <= margin))[0] + 1
-        if np.any(dips < last - 1):
-            return "a tangency, where it may come to rest or just pass, lies on its way"
-        if folds.size and folds[0] <= last:
-            return "a fold lies on its way, at which it will snap to another shape"
-        if ends_at.size:
-            if last == 0:
-                return alpha
-            return float(brentq(lambda a: float(_gap(gamma, laws, a, side)[0]), way[last - 1], way[last], xtol=1e-15))
-        lower, width = float(way[-1]), 2.0 * width
-    return "it keeps yielding as far as the curve of equilibria was followed"
-
-
-def _rate(gamma: float, laws: Laws, alpha: float, side: float) -> float:
-    """R = -(dG/dalpha)/(dmu_nat/dalpha), G = D - side Theta, from the closed forms (errata C)."""
-    end = ends(gamma, alpha)
-    natural, dphi, dnat = float(end.mu_nat), float(end.theta0), float(end.theta0_slope)
-    drive_slope = dphi - dnat * (1.0 + laws.preference.second_at(natural))
-    return -(drive_slope - side * laws.threshold.slope_at(natural) * dnat) / dnat
 
 
 def _power(laws: Laws) -> tuple[float, float]:

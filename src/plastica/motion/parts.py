@@ -154,7 +154,7 @@ def run_part(given: Given, settings: Settings, arrays: Arrays | None = None) -> 
         _solve_singly(given, settings, int(i), ends)
     told = _told(struts, given, own, settings, ends)
     if "limit" in settings.also:
-        told |= _limits(given, ends, coarse)
+        told |= _limits(given, own, ends, coarse)
     if "curvature" in settings.also:
         told["curvature"] = ends.y[:-1].T.copy()
     nodes = np.full(given.count, given.strut.grid.per_element)
@@ -239,22 +239,26 @@ def _watch(given: Given, rtol: float) -> Watch:
     return watch
 
 
-def _limits(given: Given, ends: Ends, coarse: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+def _limits(given: Given, own: Array, ends: Ends, coarse: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
     """Where each member ends, as far as it can be told from its last state."""
-    from plastica.equilibria.limits import predict_limit
+    from plastica.equilibria.endings import KINDS, UNDECIDED, endings
+    from plastica.equilibria.way import laws_of_many
 
+    strut, gamma = given.strut, _loads(given.strut, given, ends.t)["thrust"]
+    some = np.flatnonzero(np.isfinite(ends.y).all(axis=0) & ~coarse & (gamma >= 0.0) & (_settled(given) <= ends.t))
+    laws = laws_of_many(strut, [name for name, _ in given.parameters], own[:, some])
+    told = endings(strut.grid, gamma[some], ends.y[:-1, some].T, ends.y[-1, some], laws)
     kinds = np.full(given.count, "", dtype="<U9")
     natural, stable = np.full(given.count, np.nan), np.full(given.count, -1, dtype=np.int8)
-    scale = given.strut.scales.curvature
-    for i in np.flatnonzero(np.isfinite(ends.y).all(axis=0) & ~coarse):
-        model, end = _member(given, int(i)), float(ends.t[i])
-        settled = model.loads.settled
-        if settled is None or settled > end or {name for name, _ in model.loads.sources()} - {"thrust"}:
-            continue
-        thrust = programs.constant(float(model.load.thrust(end * model.scales.time)))
-        held = model.with_load(replace(model.load, thrust=thrust))
-        limit = predict_limit(held, ends.y[:-1, i] * scale, float(ends.y[-1, i]) * scale)
-        kinds[i] = limit.kind
-        if limit.equilibrium is not None:
-            natural[i], stable[i] = limit.equilibrium.mu_nat, bool(limit.stable)
+    kinds[some], natural[some] = np.array(KINDS)[told.kind], told.mu_nat
+    stable[some] = np.where(told.kind == UNDECIDED, -1, told.stable)
     return {"limit_kind": kinds, "limit_natural_curvature": natural, "limit_stable": stable}
+
+
+def _settled(given: Given) -> Array:
+    """Dimensionless time from which on a constant thrust alone acts on each member; infinite where it never does."""
+    if any(name != "thrust" for name, _ in given.strut.load.sources()):
+        return np.full(given.count, np.inf)
+    times = [thrust.settled for thrust in given.thrusts]
+    since = np.array([np.inf if time is None else time / given.strut.scales.time for time in times])
+    return np.where(given.factor == 0.0, 0.0, since[given.which])
