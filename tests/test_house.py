@@ -321,7 +321,8 @@ def test_every_dependency_is_pinned_above_its_bound() -> None:
         assert name.lower().replace("_", "-") in pins, f"{name} is not pinned"
         assert release(pins[name.lower().replace("_", "-")]) >= release(bound), requirement
     libraries = {module.split(".")[0] for path in sources() for module in imports(path)}
-    declared = {re.split(r"[>=]", each)[0].lower() for each in project["project"]["dependencies"]}
+    always, fast = project["project"]["dependencies"], project["project"]["optional-dependencies"]["fast"]
+    declared = {re.split(r"[>=]", each)[0].lower() for each in [*always, *fast]}
     names = {"PIL": "pillow", "pydantic_core": "pydantic", "array_api_compat": "array-api-compat"}
     for library in libraries - set(sys.stdlib_module_names) - {"plastica"}:
         assert names.get(library, library).lower() in declared, f"{library} is imported, but not declared"

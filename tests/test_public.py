@@ -60,7 +60,7 @@ SIGNATURES = {
     "measured_shape": "file, columns, length, *si, *length_unit=None, *curvature_unit=None, *smoothing=None",
     "read": "path",
     "sweep": "scenario, over=None, *store=None, *sampling=None, *members=None, *seed=None, *csv=None, *outputs=None, "
-    "*times=None, *chunk=None, *engine='local', *workers=None, *scheduler=None, *progress=None",
+    "*times=None, *chunk=None, *library=None, *engine='local', *workers=None, *scheduler=None, *progress=None",
     "estimate_sweep": "scenario, over=None, *workers=None, **table",
     "read_sweep": "path",
     "Sweep.to_dataset": "self, variables=None",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 import plastica as pl
 from plastica.errors import ArgumentError, PlasticaError
-from plastica.study import sweep_schema
+from plastica.study import sweep_schema, sweep_versions
 from plastica.study.sweep_outputs import REGIMES
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_tasks import compute
@@ -130,6 +131,22 @@ def test_other_models_and_loads_are_computed_one_by_one() -> None:
     assert told["natural_curvature"].shape == (4, 2)
     assert np.isfinite(told["tip_y"]).all()
     assert np.unique(told["tip_y"]).size == 4
+
+
+def test_machine_code_is_refused_where_it_is_of_no_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    over = {"load.thrust": [1.0, 2.0]}
+    assert plan(over, library="numba").versions["numba"]
+    with pytest.raises(PlasticaError, match=r"`sweep\.library` is of use only where members are computed together"):
+        plan(over, scenario(grid="nodes = 16\nnatural_segments = 2"), library="numba")
+    with pytest.raises(PlasticaError, match=r"`sweep\.library`.*numpy.*numba"):
+        plan(over, library="fortran")
+
+    def missing(name: str) -> str:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr(sweep_versions, "version", missing)
+    with pytest.raises(PlasticaError, match=r"`sweep\.library` must be installed.*plastica\[fast\]"):
+        plan(over, library="numba")
 
 
 def check_nothing_depends_on_the_chunk(made: Plan) -> None:

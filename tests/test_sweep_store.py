@@ -59,6 +59,17 @@ def test_processes_write_what_this_one_writes(workers: int, whole: pl.Sweep, tmp
     assert len({entry["process"] for entry in found.store.log()}) <= workers
 
 
+def test_machine_code_writes_the_same_in_every_process(whole: pl.Sweep, tmp_path: Path) -> None:
+    """What computes is part of a sweep: its results are their own, the same everywhere, and go on with it only."""
+    found = made(tmp_path, "here.sweep", library="numba")
+    assert contents(made(tmp_path, "apart.sweep", library="numba", workers=2)) == contents(found)
+    both = found.dataset, whole.dataset
+    assert float(np.abs(both[0].drive - both[1].drive).max()) <= 1e-7
+    assert set(found.store.versions) == {"plastica", "numpy", "scipy", "numba"}
+    with pytest.raises(FileError, match="holds another sweep"):
+        made(tmp_path, "here.sweep")
+
+
 def check_damage_is_mended(found: pl.Sweep, spoil: Any, chunks: set[int]) -> None:
     """After some chunks were spoiled, exactly these are computed again, and the store is as it was."""
     before = contents(found)

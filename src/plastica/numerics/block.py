@@ -50,11 +50,10 @@ DYING: Final = 100.0
 
 NEAR_REST: Final = 1e4
 """Tolerances: where the way to go comes to less, the steps must be more exact. Steps as long as stability lets them be
-keep stirring up errors of the size of the tolerance, and rest would never be seen."""
+keep stirring up errors of the size of the tolerance, and hide rest."""
 
 CALMER: Final = 1e5
-"""How much more exact they must be, as far as rounding lets them; with a hundredth of it a third of all struts that
-cease to yield were stepped on with for ever."""
+"""How much more exact, as far as rounding lets them; with 1000 a third of all struts at rest were never seen to be."""
 
 # Where the state and the slopes lie in the stack, so that what a stage needs lies together. Slopes are times the step.
 _STATE: Final = 2
@@ -307,10 +306,7 @@ class Block:
         return new, xp.where(first != last, STRICTER * error, error), still
 
     def _tried(self, h: AnyArray) -> tuple[AnyArray, AnyArray, AnyArray]:
-        """The new state, sums of squares in units of the tolerance, (3, width), and the switching row's slopes.
-
-        Of the slopes there are the first and the last, (2, width), where any row is switching.
-        """
+        """The new state, sums of squares in units of the tolerance, and first and last slope of a switching row."""
         if self.machine is not None:
             found = self.machine(np.stack([self.t, h, self.atol]), self.p, self.stack[_STATE, ...])
             return found[: self.rows], found[self.rows : self.rows + 3], found[self.rows + 3 :]

