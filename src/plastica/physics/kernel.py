@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.numerics.gauss import Watch
 from plastica.physics.model import Model
 from plastica.physics.natural import Excess, Yields, natural_law, yielding
+
+if TYPE_CHECKING:
+    from plastica.numerics.gauss import Watch
 
 __all__ = ["Kernel", "Moment", "kernel", "load_moment"]
 
@@ -64,7 +67,7 @@ def kernel(model: Model, start: float, end: float) -> Kernel:
         watch = partial(inertial.watch_on, parts.rod)
         return Kernel(rate, jacobian, excess, yields, inertial.inertial_unrest(parts), watch)
     rate = _uniform_rate(model, moment) if model.segments == 1 else _rate(model, moment)
-    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate), Watch.everything)
+    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate), _everything)
 
 
 def load_moment(model: Model, start: float, end: float) -> tuple[Moment, Moment]:
@@ -159,6 +162,13 @@ def _rate(model: Model, moment: Moment) -> Rate:
         return out
 
     return rate
+
+
+def _everything(atol: Array) -> Watch:
+    """Watch every component; SciPy's integrators are loaded only where one is asked for."""
+    from plastica.numerics.gauss import Watch
+
+    return Watch.everything(atol)
 
 
 def _jacobian(model: Model, moment: Moment, slope: Moment) -> Callable[[float, Array], Array]:
