@@ -1,7 +1,7 @@
 """Many struts at once beside a loop of SciPy and a `vmap` of diffrax, at equal achieved error; how the cost grows.
 
-The peer in JAX is run by the Python that PEER_PYTHON names (this one by default); where that has no diffrax, it says
-"not measured here".
+By NumPy and in machine code ("numba"). The peer in JAX is run by the Python that PEER_PYTHON names (this one by
+default); where that has no diffrax, it says "not measured here".
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import tempfile
 import time
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -33,6 +34,7 @@ STRUT = pl.Strut(
 )
 SAMPLE = 100
 """Members whose error is measured."""
+LIBRARIES = ("numpy", "numba")
 HERE = Path(__file__).parent
 
 
@@ -40,12 +42,10 @@ def thrusts(count: int) -> np.ndarray:
     return np.random.default_rng(7).uniform(0.5, 10.0, count)
 
 
-def ours(gamma: np.ndarray, rtol: float, until: float = UNTIL, workers: int = 1) -> np.ndarray:
+def ours(gamma: np.ndarray, rtol: float, library: str, until: float = UNTIL, workers: int = 1) -> np.ndarray:
     """Last natural curvature and position of the free end, shape (3, members)."""
-    chunk = 8192 if workers == 1 else min(8192, -(-gamma.size // (2 * workers)))
-    found = pl.solve_many(
-        STRUT, "1 + cos(3*s)", thrust=gamma, until=until, rtol=rtol, workers=workers, chunk=chunk
-    )
+    options = {"until": until, "rtol": rtol, "workers": workers, "library": library}
+    found = pl.solve_many(STRUT, "1 + cos(3*s)", thrust=gamma, **options)
     assert set(found.status.values) == {"done"}
     return np.array([found[name].values for name in ("natural_curvature", "tip_x", "tip_y")])
 
@@ -80,38 +80,39 @@ def error(found: np.ndarray) -> float:
     return float(np.abs(found[:, :SAMPLE] - reference()).max())
 
 
-def equal_error(bar: float) -> float:
+def equal_error(bar: float, library: str) -> float:
     """The loosest tolerance at which our error on the sample is at most this."""
-    for rtol in (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 3e-10, 1e-10):
-        if error(ours(thrusts(SAMPLE), rtol)) <= bar:
-            return rtol
-    return 1e-11
+    tolerances = [digit * 10.0**-power for power in range(5, 11) for digit in (8, 5, 3, 2, 1)]
+    return next(rtol for rtol in tolerances if error(ours(thrusts(SAMPLE), rtol, library)) <= bar)
 
 
 def against_scipy() -> None:
     """One core: interleaved, the median of five ratios."""
     for theirs in (1e-7, 1e-9):
         bar = error(np.array([by_hand(gamma, theirs) for gamma in thrusts(SAMPLE)]).T)
-        rtol = equal_error(bar)
-        gamma, ratios, each = thrusts(4096), [], []
-        for _ in range(5):
-            began = time.process_time()
-            for one in gamma[:SAMPLE]:
-                by_hand(one, theirs)
-            single = (time.process_time() - began) / SAMPLE
-            began = time.process_time()
-            ours(gamma, rtol)
-            each.append((time.process_time() - began) / gamma.size)
-            ratios.append(single / each[-1])
-        print(
-            f"SciPy DOP853 by hand at {theirs:g}: error {bar:.1e}, {1e3 * single:.1f} ms; plastica at {rtol:g}: "
-            f"error {error(ours(thrusts(SAMPLE), rtol)):.1e}, {1e3 * statistics.median(each):.3f} ms a member"
-        )
-        print("  " + verdict("faster at equal error, one core", statistics.median(ratios), 30.0, at_least=True))
+        print(f"SciPy DOP853 by hand at {theirs:g}: error {bar:.1e}")
+        for library in LIBRARIES:
+            rtol = equal_error(bar, library)
+            gamma, ratios, each = thrusts(4096), [], []
+            for _ in range(5):
+                began = time.process_time()
+                for one in gamma[:SAMPLE]:
+                    by_hand(one, theirs)
+                single = (time.process_time() - began) / SAMPLE
+                began = time.process_time()
+                ours(gamma, rtol, library)
+                each.append((time.process_time() - began) / gamma.size)
+                ratios.append(single / each[-1])
+            reached, mine = error(ours(thrusts(SAMPLE), rtol, library)), statistics.median(each)
+            print(
+                f"  {1e3 * single:.1f} ms; plastica, {library}, at {rtol:g}: "
+                f"error {reached:.1e}, {1e3 * mine:.3f} ms a member"
+            )
+            print("  " + verdict("faster at equal error, one core", statistics.median(ratios), 30.0, at_least=True))
 
 
-def against_diffrax() -> None:
-    """Both cores, wall time: the peer at its best batch size, after it has been compiled."""
+def peer_ends() -> list[dict[str, Any]]:
+    """What the peer in JAX says of itself at each of its tolerances; nothing where there is none."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "grid.npz"
         grid = STRUT.grid
@@ -122,57 +123,59 @@ def against_diffrax() -> None:
         )
     if done.returncode != 0:
         print(f"diffrax: not measured here ({done.stderr.strip().splitlines()[-1]})")
-        return
-    for line in done.stdout.splitlines():
-        told = json.loads(line)
+        return []
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def against_diffrax() -> None:
+    """Both cores, wall time: the peer at its best batch size, after it has been compiled; we with our start."""
+    for told in peer_ends():
         bar = error(np.array(told["ends"]))
-        rtol = equal_error(bar)
-        count = 1 << 16
-        began = time.perf_counter()
-        ours(thrusts(count), rtol, workers=2)
-        mine = (time.perf_counter() - began) / count
         print(
             f"diffrax Tsit5 at {told['rtol']:g}, vmap over {told['batch']}: error {bar:.1e}, "
-            f"{1e3 * told['each']:.3f} ms; "
-            f"plastica at {rtol:g}, two processes with their start: {1e3 * mine:.3f} ms a member"
+            f"{1e3 * told['each']:.3f} ms"
         )
-        print("  " + verdict("faster at equal error, both cores", told["each"] / mine, 10.0, at_least=True))
+        for library in LIBRARIES:
+            rtol = equal_error(bar, library)
+            count = 1 << 18
+            began = time.perf_counter()
+            ours(thrusts(count), rtol, library, workers=2)
+            mine = (time.perf_counter() - began) / count
+            print(
+                f"  plastica, {library}, at {rtol:g}: error {error(ours(thrusts(SAMPLE), rtol, library)):.1e}, "
+                f"{1e3 * mine:.3f} ms a member of {count}, two processes with their start"
+            )
+            print("  " + verdict("faster at equal error, both cores", told["each"] / mine, 10.0, at_least=True))
 
 
-def growth() -> None:
-    """Cost per member over the number of members, each the least of three (one where there are many)."""
+def growth(library: str) -> None:
+    """Cost per member over the number of members, each the least of some; and what the largest number takes."""
     cost = {}
-    for count, repeat in ((10**3, 5), (10**4, 3), (10**5, 1)):
+    for count, repeat in ((10**3, 9), (10**4, 5), (10**5, 3), (10**6, 1)):
         gamma, times = thrusts(count), []
         for _ in range(repeat):
             began = time.process_time()
-            ours(gamma, 1e-8)
+            ours(gamma, 1e-8, library)
             times.append((time.process_time() - began) / count)
         cost[count] = min(times)
-        print(f"{count:8d} members to t = {UNTIL:g}: {1e3 * cost[count]:.3f} ms each")
+        print(f"{count:8d} members to t = {UNTIL:g} at 1e-8, {library}: {1e3 * cost[count]:.4f} ms each", flush=True)
     spread = max(cost.values()) / min(cost.values())
     print("  " + verdict("dearest beside cheapest", spread, 1.25))
-
-
-def memory(count: int = 10**6, until: float = 100.0) -> None:
-    began = time.process_time()
-    ours(thrusts(count), 1e-8, until)
-    each = (time.process_time() - began) / count
     size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    print(f"{count} members to t = {until:g} at 1e-8: {1e3 * each:.3f} ms each")
-    print("  " + verdict(f"peak memory of {count} members, GiB", size, 2.0))
+    print("  " + verdict("peak memory of a million members, GiB", size, 2.0))
 
 
-def second_worker() -> None:
+def second_worker(library: str) -> None:
     """Wall time of one process over that of two, the start of the processes included; the median of five."""
-    gamma, ratios = thrusts(1 << 17), []
+    gamma, ratios = thrusts(1 << (17 if library == "numpy" else 18)), []
     for _ in range(5):
         walls = []
         for workers in (1, 2):
             began = time.perf_counter()
-            ours(gamma, 1e-8, workers=workers)
+            ours(gamma, 1e-8, library, workers=workers)
             walls.append(time.perf_counter() - began)
         ratios.append(walls[0] / walls[1])
+        print(f"  {gamma.size} members, {library}: {walls[0]:.1f} s, two workers {walls[1]:.1f} s", flush=True)
     print("  " + verdict("a second worker process", statistics.median(ratios), 1.6, at_least=True))
 
 
@@ -188,9 +191,9 @@ def main() -> None:
     print(f"many struts at once ({machine()})", flush=True)
     apart("against_scipy()", core=True)
     apart("against_diffrax()", core=False)
-    apart("growth()", core=True)
-    apart("second_worker()", core=False)
-    apart("memory()", core=True)
+    for library in LIBRARIES:
+        apart(f"growth('{library}')", core=True)
+        apart(f"second_worker('{library}')", core=False)
 
 
 if __name__ == "__main__":
