@@ -1,4 +1,7 @@
-"""Claim: Gauss collocation in time keeps its tolerance between steps too, its order, and the energy of what is fast."""
+"""Claim: Gauss collocation in time keeps its tolerance between steps too, its order, and the energy of what is fast.
+
+And its Newton matrix, split by the eigenvectors of the coefficients, is that of all stages together.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from scipy.special import ellipj, ellipk
 
 import plastica as pl
 from plastica.numerics import gauss
-from plastica.numerics.gauss import Gauss, Tableau, Watch, tableau
+from plastica.numerics.gauss import Gauss, Tableau, Watch, collocation, tableau
 
 Array = np.ndarray
 AMPLITUDE = 2.0
@@ -107,6 +110,47 @@ def check_between() -> None:
         assert np.abs(between[0] - np.cos(t)).max() <= 1e-7
 
 
+def stiff() -> Array:
+    """A Jacobian with rates from 1 to 1e4, of both kinds, and a component that nothing moves and that moves nothing."""
+    rng = np.random.default_rng(5)
+    rates = np.zeros((7, 7))
+    rates[0, 0], rates[1, 1] = -1e4, -1.0
+    rates[2:4, 2:4], rates[4:6, 4:6] = 30.0 * np.array([[0.0, 1.0], [-1.0, 0.0]]), 1e4 * np.array([[0, 1.0], [-1.0, 0]])
+    turn, _ = np.linalg.qr(rng.normal(size=(6, 6)))
+    rates[:6, :6] = turn @ rates[:6, :6] @ turn.T
+    return rates
+
+
+def check_split() -> None:
+    """Solutions are those of the whole matrix 1 - h A x J; what is not moved stays as it is to the last bit."""
+    table, jacobian, h = gauss.tableau(), stiff(), 0.3
+    residual = np.random.default_rng(6).normal(size=(table.c.size, len(jacobian)))
+    residual[:, -1] = 0.0
+    factors = [gauss._factors(h * value, jacobian) for value in table.values]
+    assert [each.lu.dtype.kind for each in factors] == ["f", "c", "c"]
+    found = gauss._solved(factors, residual)
+    whole = np.eye(residual.size) - h * np.kron(table.A, jacobian)
+    wanted = np.linalg.solve(whole, residual.ravel()).reshape(residual.shape)
+    eps = np.finfo(float).eps
+    assert np.abs(found - wanted).max() <= eps * np.linalg.cond(whole) * np.abs(wanted).max()
+    # Backwards stable but for the eigenvectors' condition, 165.
+    left = whole @ found.ravel() - residual.ravel()
+    assert np.abs(left).max() <= 1e3 * eps * np.abs(whole).max() * np.abs(found).max()
+    assert np.array_equal(found[:, -1], residual[:, -1])
+
+
+def check_newton() -> None:
+    """On linear equations the first iteration is right and the second says so: 2 x 5 stages, three times a step."""
+    solver, tries = shaken(), 0
+    before = solver.nfev
+    while solver.status == "running":
+        solver.step()
+        tries += 1
+    # A step that is tried again costs as much; few are.
+    assert solver.nfev - before <= 1.3 * 2 * 5 * 3 * tries
+    assert solver.njev == 1
+
+
 def check_switches() -> None:
     """A rod that yields, stops and yields again is not set vibrating by that: its curvature is that of DOP853."""
     material = pl.Material("m**2/2", "5*pos(x)**2", "0.1")
@@ -144,6 +188,43 @@ def test_a_rod_is_not_shaken_by_its_switches() -> None:
     check_switches()
 
 
+def test_the_stages_are_solved_one_by_one() -> None:
+    check_split()
+
+
+def test_newton_is_right_at_once_where_it_can_be() -> None:
+    check_newton()
+
+
+@pytest.mark.parametrize("stages", [1, 2, 3, 4, 6])
+def test_any_collocation_is_split(stages: int) -> None:
+    """Coefficients are those of the eigenvectors together, for even numbers of stages too, which have no real one."""
+    x, w = np.polynomial.legendre.leggauss(stages)
+    table = collocation(0.5 * (1.0 + x), 0.5 * w)
+    assert table.values.size == (stages + 1) // 2
+    assert np.count_nonzero(table.values.imag == 0.0) == stages % 2
+    together = ((table.back * table.values) @ table.into).real
+    condition = np.linalg.cond(np.linalg.eig(table.A)[1])
+    assert np.abs(together - table.A).max() <= 10.0 * np.finfo(float).eps * condition
+
+
+def test_a_jacobian_that_is_no_number_ends_in_a_message() -> None:
+    solver = Gauss(
+        lambda t, y: -y,
+        0.0,
+        np.ones(2),
+        1.0,
+        jac=lambda t, y: np.full((2, 2), np.nan),
+        rtol=1e-6,
+        watch=Watch.everything(np.full(2, 1e-9)),
+    )
+    message = None
+    while solver.status == "running":
+        message = solver.step()
+    assert solver.status == "failed"
+    assert message
+
+
 def test_a_rate_that_is_no_number_ends_in_a_message() -> None:
     solver = Gauss(
         lambda t, y: y / (0.0 if t > 0.5 else 1.0) if t <= 0.5 else np.full(1, np.nan),
@@ -165,10 +246,8 @@ def test_a_rate_that_is_no_number_ends_in_a_message() -> None:
 def other_nodes() -> Tableau:
     """Collocation at nodes that are off by a hundredth: the method is no longer symmetric, and damps."""
     c = tableau().c + 0.01
-    vandermonde = c[:, None] ** np.arange(c.size)
-    A = (c[:, None] ** np.arange(1, c.size + 1) / np.arange(1, c.size + 1)) @ np.linalg.inv(vandermonde)
-    b = np.linalg.solve(vandermonde.T, 1.0 / np.arange(1, c.size + 1))
-    return Tableau(c, A, np.linalg.solve(A.T, b))
+    powers = np.arange(c.size)
+    return collocation(c, np.linalg.solve((c[:, None] ** powers).T, 1.0 / (powers + 1)))
 
 
 class OnePolynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
@@ -187,11 +266,32 @@ class OnePolynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
         return np.asarray(self.through((t - self.t_old) / (self.t - self.t_old))).T
 
 
+def pairs_once() -> Tableau:
+    """Each pair of eigenvectors counted once instead of twice."""
+    table = tableau()
+    return table._replace(back=np.where(table.values.imag == 0.0, 1.0, 0.5) * table.back)
+
+
+def other_halves() -> Tableau:
+    """Of each pair the eigenvalue of the one, the eigenvector of the other."""
+    table = tableau()
+    return table._replace(values=table.values.conj())
+
+
+def slightly_off() -> Tableau:
+    """Eigenvalues off by a thousandth: Newton's method still converges, but no longer at once."""
+    table = tableau()
+    return table._replace(values=1.001 * table.values)
+
+
 DEFECTS: dict[str, tuple[Callable[[], None], str, object]] = {
     "nodes that damp": (check_energy, "tableau", other_nodes),
     "errors divided too much": (check_tolerance, "ORDER", 18),
     "errors not looked at between the stages": (check_tolerance, "SAMPLES", np.array([1.0])),
     "one polynomial for both halves": (check_between, "_Halves", OnePolynomial),
+    "pairs counted once": (check_split, "tableau", pairs_once),
+    "eigenvalues of the other halves": (check_split, "tableau", other_halves),
+    "eigenvalues slightly off": (check_newton, "tableau", slightly_off),
     "one polynomial at switches": (check_switches, "_Halves", OnePolynomial),
     "a sixth of the order": (check_order, "WORTH", 1e9),
 }

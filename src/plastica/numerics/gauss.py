@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DenseOutput, OdeSolver
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs, zgetrf, zgetrs
 
 __all__ = ["STAGES", "Gauss", "Watch"]
 
@@ -43,22 +43,56 @@ LEAST_CHANGE, MOST_CHANGE, SAFETY, WORTH = 0.2, 4.0, 0.85, 1.3
 
 
 class Tableau(NamedTuple):
-    """Nodes c, the matrix A, and d = b^T A^-1, which takes the stages' increments to that of the step."""
+    """Coefficients of a collocation method on [0, 1].
+
+    Attributes
+    ----------
+    c : ndarray, shape (s,)
+        Nodes.
+    A : ndarray, shape (s, s)
+        Integrals of their Lagrange polynomials, from 0 to each node.
+    d : ndarray, shape (s,)
+        b^T A^-1, which takes the stages' increments to that of the step.
+    values : ndarray, shape (p,), complex
+        Eigenvalues of A, of each conjugate pair one, real ones first: A = Re(back diag(values) into).
+    into : ndarray, shape (p, s), complex
+        Takes stages to their parts along the eigenvectors.
+    back : ndarray, shape (s, p), complex
+        Takes the parts back to the stages, as the real part: a pair's counts twice.
+    """
 
     c: Array
     A: Array
     d: Array
+    values: NDArray[np.complex128]
+    into: NDArray[np.complex128]
+    back: NDArray[np.complex128]
 
 
 @cache
 def tableau() -> Tableau:
-    """Return the coefficients of the Gauss method on [0, 1]."""
+    """Return the coefficients of the Gauss method."""
     x, w = np.polynomial.legendre.leggauss(STAGES)
-    c, b = 0.5 * (1.0 + x), 0.5 * w
-    powers = np.arange(STAGES)
+    return collocation(0.5 * (1.0 + x), 0.5 * w)
+
+
+def collocation(c: Array, b: Array) -> Tableau:
+    """Return the coefficients of collocation at nodes c with weights b."""
+    powers = np.arange(c.size)
     vandermonde = c[:, None] ** powers
     A = (c[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(vandermonde)
-    return Tableau(c, A, np.asarray(np.linalg.solve(A.T, b), dtype=float))
+    values, vectors = np.linalg.eig(A)
+    real = np.flatnonzero(values.imag == 0.0)
+    chosen = np.concatenate([real, np.flatnonzero(values.imag > 0.0)])
+    twice = np.where(values[chosen].imag == 0.0, 1.0, 2.0)
+    return Tableau(
+        c,
+        A,
+        np.asarray(np.linalg.solve(A.T, b), dtype=float),
+        values[chosen],
+        np.linalg.inv(vectors)[chosen],
+        twice * vectors[:, chosen],
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +165,7 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
         self.jac, self.rtol, self.watch, self.max_step = jac, rtol, watch, max_step
         self.jacobian = jac(t0, self.y)
         self.njev = 1
-        self.factors: dict[float, Any] = {}
+        self.factors: dict[float, list[_Factors]] = {}
         self.h = min(self._first_step(), max_step, abs(t_bound - t0))
         self.last: _Halves | None = None
 
@@ -206,7 +240,7 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
 
     def _stages(self, t: float, y: Array, h: float, guess: Array) -> _Stages | None:
         """Solve D = h A F(y + D) for the stages' increments by simplified Newton steps; None where they diverge."""
-        c, A, d = tableau()
+        c, A, d, *_ = tableau()
         factors = self._factorised(h)
         scale = self.watch.atol.min() + self.rtol * float(np.abs(y).max())
         D, before = guess, np.inf
@@ -215,9 +249,11 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
             residual = h * (A @ slopes) - D
             if not np.isfinite(residual).all():
                 return None
-            change = lu_solve(factors, residual.ravel(), check_finite=False).reshape(D.shape)
+            change = _solved(factors, residual)
             D = D + change
             size = float(np.sqrt(np.mean(change**2))) / scale
+            if not np.isfinite(size):
+                return None
             rate = size / before
             if size <= NEWTON or (iteration > 1 and rate < 1.0 and size * rate / (1.0 - rate) <= NEWTON):
                 return _Stages(D, y + d @ D, iteration)
@@ -226,16 +262,48 @@ class Gauss(OdeSolver):  # type: ignore[misc]  # SciPy has no types
             before = size
         return None
 
-    def _factorised(self, h: float) -> Any:
+    def _factorised(self, h: float) -> list[_Factors]:
+        """Factors of 1 - h value J, one for each eigenvalue that A is split by."""
         if h not in self.factors:
             if len(self.factors) > 4:
                 self.factors.clear()
-            size = self.n * STAGES
-            self.factors[h] = lu_factor(np.eye(size) - h * np.kron(tableau().A, self.jacobian), check_finite=False)
+            self.factors[h] = [_factors(h * value, self.jacobian) for value in tableau().values]
         return self.factors[h]
 
     def _dense_output_impl(self) -> DenseOutput:
         return self.last
+
+
+class _Factors(NamedTuple):
+    """LU factors of a matrix, and what solves by them."""
+
+    lu: NDArray[Any]
+    pivots: NDArray[np.int32]
+    solve: Callable[..., tuple[NDArray[Any], int]]
+
+
+def _factors(z: complex, jacobian: Array) -> _Factors:
+    """Factors of 1 - z J, in real numbers where z is real."""
+    factorise, solve = (dgetrf, dgetrs) if z.imag == 0.0 else (zgetrf, zgetrs)
+    matrix = (-z.real if z.imag == 0.0 else -z) * jacobian
+    matrix.flat[:: len(matrix) + 1] += 1.0
+    lu, pivots, _ = factorise(matrix, overwrite_a=True)
+    return _Factors(lu, pivots, solve)
+
+
+def _solved(factors: list[_Factors], residual: Array) -> Array:
+    """Solve (1 - h A x J) X = R, stage by stage along the eigenvectors of A; both of shape (s, size).
+
+    That is as many systems of the size of the state as A has eigenvalues, and of each conjugate pair only one, instead
+    of one system for all stages together. (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd
+    ed., 1996, section IV.8.)
+    """
+    table = tableau()
+    parts = table.into @ residual
+    for part, each in zip(parts, factors, strict=True):
+        right = part if np.iscomplexobj(each.lu) else part.real
+        part[:] = each.solve(each.lu, each.pivots, right)[0]
+    return np.asarray((table.back @ parts).real)
 
 
 class _Stages(NamedTuple):
