@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import plastica as pl
-from tests.rods import LOADS, last, model, order
+from plastica.errors import ArgumentError
+from tests.rods import LOADS, NEVER, last, model, order
 
 EPS_VALUES = np.array([1e-2, 1e-3, 1e-4])
 START = "0.2*cos(2*s)"
@@ -82,3 +83,75 @@ def check_damping() -> None:
 
 def test_damping() -> None:
     check_damping()
+
+
+NO_INERTIA = {"translational_inertia": 0.0, "rotary_inertia": 0.0, "damping": 1.0}
+
+
+def numbers_of(limit: pl.Limit) -> tuple[object, ...]:
+    end = limit.equilibrium
+    return (
+        limit.kind,
+        limit.stable,
+        limit.sentence,
+        (limit.distance, limit.rate, limit.exponent, limit.coefficient, limit.excess),
+        None if end is None else (end.alpha, end.gamma, end.mu_nat),
+    )
+
+
+def check_limit_told(material: pl.Material | None, kind: str) -> None:
+    """Without inertia the limit is told as of the strut: after a run, of a state, and of a start."""
+    told = []
+    for inertia in (None, NO_INERTIA):
+        made = model(pl.Load(thrust=3.0), material=material, nodes=16, inertia=inertia)
+        sol = pl.solve(made, START, 0.1, until=100.0)
+        assert sol.limit is not None
+        mu, mu_nat, _ = last(sol)
+        told.append([sol.limit, pl.predict_limit(made, mu, float(mu_nat)), pl.omega_limit(made, START, 0.1)])
+    assert told[0][0].kind == kind
+    for strut, rod in zip(*told, strict=True):
+        assert numbers_of(rod) == numbers_of(strut)
+
+
+@pytest.mark.parametrize(("material", "kind"), [(None, "limiting"), (NEVER, "interior")])
+def test_the_limit_is_told_without_inertia(material: pl.Material | None, kind: str) -> None:
+    check_limit_told(material, kind)
+
+
+def test_one_step_and_all_starts_are_those_of_the_strut() -> None:
+    """The time-one map and basins, too."""
+    strut, rod = (model(pl.Load(thrust=3.0), nodes=8, inertia=inertia) for inertia in (None, NO_INERTIA))
+    state = 0.2 * np.cos(2.0 * strut.grid.s)
+    one, other = (pl.time_one_map(made, state, 0.1) for made in (strut, rod))
+    assert np.array_equal(one[0], other[0])
+    assert one[1] == other[1]
+    assert np.array_equal(pl.basin(strut, amplitude=0.4).alpha, pl.basin(rod, amplitude=0.4).alpha)
+
+
+def check_no_limit_told() -> None:
+    """With inertia, in another unit of time, or with several segments no limit is told, and asking for it says why."""
+    for changed, segments, why in (
+        ({"translational_inertia": 1e-3}, 1, "a Rod with inertia"),
+        ({"rotary_inertia": 1e-3}, 1, "a Rod with inertia"),
+        ({"damping": 2.0}, 1, "a Rod with a damping of 2"),
+        ({}, 2, "a Rod of 2 segments"),
+    ):
+        made = model(pl.Load(thrust=3.0), segments=segments, inertia={**NO_INERTIA, **changed})
+        assert pl.solve(made, START, until=1.0).limit is None, why
+        with pytest.raises(ArgumentError, match=why):
+            pl.predict_limit(made, np.zeros(made.grid.size), 0.0)
+        with pytest.raises(ArgumentError, match=why):
+            pl.omega_limit(made)
+
+
+def test_no_limit_is_told_of_what_is_no_strut() -> None:
+    check_no_limit_told()
+
+
+def check_no_limit_of_other_loads() -> None:
+    for load in (pl.Load(thrust="2 + sin(t)"), pl.Load(thrust=1.0, transverse=0.1)):
+        assert pl.solve(model(load, inertia=NO_INERTIA), START, until=1.0).limit is None
+
+
+def test_no_limit_is_told_under_other_loads() -> None:
+    check_no_limit_of_other_loads()

@@ -96,6 +96,13 @@ def check_where_it_ends() -> None:
         assert "No limit is predicted" in section.data["headline"]
         for reason in reasons:
             assert reason in section.data["plain"], (name, reason)
+    slow = replace(run("own time").model, load=pl.Load(thrust=1.0), translational_inertia=0.0, damping=2.0)
+    why = outlook._why_none(Subject(pl.solve(slow, 0.1, until=0.1), 0.0))
+    assert "the damping is 2" in why
+    assert "the model is the rod with inertia" not in why
+    strut = outlook.ending(Subject(pl.solve(replace(slow, damping=1.0), 0.1, until=50.0), 0.0))
+    assert "No limit is predicted" not in strut.data["headline"]
+    assert strut.data["figure"] is not None
     assert "the rod is pulled" in outlook._why_none(
         Subject(pl.solve(run("pulled").model.with_load(pl.Load(thrust=-1.0, allow_tension=True)), 0.1, until=0.1), 0.0)
     )

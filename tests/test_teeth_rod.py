@@ -13,7 +13,7 @@ import pytest
 import plastica as pl
 from plastica.equilibria import rest
 from plastica.errors import FileError
-from plastica.motion import checkpoint, events, integrate, plan, store
+from plastica.motion import checkpoint, events, integrate, longtime, plan, store
 from plastica.physics import bounds, inertial, kernel
 from plastica.physics.layout import Layout
 from plastica.physics.model import Model
@@ -137,6 +137,12 @@ def upright(right: pl.Load, load: pl.Load) -> pl.Load:
     return pl.Load(**dict(right.items()), weight_angle=load.weight_angle, allow_tension=load.allow_tension)
 
 
+def as_strut_under(sound: Any, model: Model, factor: float) -> pl.Strut:
+    """A rod is taken for the strut under another thrust than its own."""
+    strut = sound(model)
+    return strut.with_load(pl.Load(thrust=factor * strut.load.thrust(0.0))) if isinstance(model, Rod) else strut
+
+
 DEFECTS: dict[str, Plant] = {
     "a digit of the translational inertia": constants(momentum=lambda c: c.momentum * (1.0 + 1e-5)),
     "a digit of the rotary inertia": constants(rotary=lambda c: c.rotary * (1.0 + 1e-5)),
@@ -166,6 +172,15 @@ DEFECTS: dict[str, Plant] = {
     "an ulp of the rate": rate_of_strut(an_ulp_for_rods),
     "damping without inertia forgotten": rate_of_strut(
         lambda model, sound, moment: sound(replace(model, damping=1.0) if isinstance(model, Rod) else model, moment)
+    ),
+    "a rod is no strut": replacing(
+        longtime, "as_strut", lambda sound: lambda model: None if isinstance(model, Rod) else sound(model)
+    ),
+    "the strut of another thrust": replacing(
+        longtime, "as_strut", lambda sound: lambda model: as_strut_under(sound, model, 1.0 + 1e-9)
+    ),
+    "any rod is a strut": replacing(
+        longtime, "as_strut", lambda _: lambda model: pl.Strut(model.material, model.load, model.grid)
     ),
     "means without weights": a_property(Division, "means", mean_of_nodes),
     "nodes of the segment before": a_property(Division, "owner", lambda _, right: np.maximum(right - 1, 0)),
@@ -210,6 +225,8 @@ CHECKS: dict[str, Check] = {
     "bounds": lambda _: test_rod.check_bounds("strut", 3),
     "no inertia": lambda _: test_inertia_limit.check_no_inertia(1),
     "damping": lambda _: test_inertia_limit.check_damping(),
+    "limit told": lambda _: test_inertia_limit.check_limit_told(None, "limiting"),
+    "no limit told": lambda _: test_inertia_limit.check_no_limit_told(),
     "limit": lambda _: test_inertia_limit.check_limit((1.0, 0.0)),
     "uniform": lambda _: test_segments.check_uniform(5),
     "convergence": lambda _: test_segments.check_convergence(),
@@ -253,6 +270,9 @@ TEETH = [
     ("no inertia", "an ulp of the rate"),
     ("damping", "damping without inertia forgotten"),
     ("limit", "inertia by its root"),
+    ("limit told", "a rod is no strut"),
+    ("limit told", "the strut of another thrust"),
+    ("no limit told", "any rod is a strut"),
     ("uniform", "dissipation without lengths"),
     ("convergence", "nodes of the segment before"),
     ("general rate", "a digit of the drive"),

@@ -17,6 +17,7 @@ from plastica.equilibria.limits import Limit
 from plastica.errors import ArgumentError
 from plastica.motion.longtime import omega_limit
 from plastica.numerics.grid import Grid
+from plastica.physics.model import Model
 from plastica.physics.scales import unit_of
 from plastica.physics.strut import Strut, uniform_strut
 
@@ -124,7 +125,7 @@ class Basin:
 
 
 def basin(
-    strut: Strut,
+    strut: Model,
     shape: str = "cos(pi*s/2)",
     amplitude: ArrayLike = 0.0,
     natural_curvature: ArrayLike = 0.0,
@@ -138,8 +139,9 @@ def basin(
 
     Parameters
     ----------
-    strut : Strut
-        The rod under a constant thrust. ``Grid(nodes="auto")`` becomes 24 nodes.
+    strut : Strut or Rod
+        The rod, of one natural segment and without inertia, under a constant thrust. ``Grid(nodes="auto")`` becomes
+        24 nodes.
     shape : str
         Shape of the initial curvature: text in s (in m with a specimen, else in units of L).
     amplitude : array_like
@@ -166,7 +168,7 @@ def basin(
 
     Checked by test_basins_part_at_the_edge.
     """
-    uniform_strut(strut, "strut")
+    strut = uniform_strut(strut, "strut")
     if not strut.load.is_constant or {name for name, _ in strut.loads.sources()} - {"thrust"}:
         raise ArgumentError("must be a constant thrust alone", where="load", value=strut.load)
     sizes, naturals = _numbers(amplitude, "amplitude"), _numbers(natural_curvature, "natural_curvature")

@@ -14,7 +14,8 @@ from plastica.motion.solve import solve
 from plastica.numerics.grid import Grid
 from plastica.physics.initial import Curvature
 from plastica.physics.load import Load
-from plastica.physics.strut import Strut, uniform_strut
+from plastica.physics.model import Model
+from plastica.physics.strut import as_strut, uniform_strut
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
@@ -30,11 +31,11 @@ FIRST_LOOK, LAST_LOOK = 20.0, 1e7
 def limit_of(solution: Solution) -> Limit | None:
     """Predict where a finished motion ends; None where no theory says so.
 
-    That is with inertia, with several natural segments, and where the loads go on varying or are others than a thrust.
-    Once the loads have settled the theory of the constant thrust applies to what follows.
+    That is with inertia, a damping other than 1 or several natural segments, and where the loads go on varying or are
+    others than a thrust. Once the loads have settled the theory of the constant thrust applies to what follows.
     """
-    strut, end = solution.model, solution.history.end
-    if not isinstance(strut, Strut) or strut.segments > 1 or strut.loads.thrust(end) < 0.0:
+    strut, end = as_strut(solution.model), solution.history.end
+    if strut is None or strut.loads.thrust(end) < 0.0:
         return None
     settled = strut.loads.settled
     if settled is None or settled > end or {name for name, _ in strut.loads.sources()} - {"thrust"}:
@@ -69,13 +70,13 @@ def natural_without_load(solution: Solution) -> Array:
     return left_without_load(model.laws, float(model.damping), mean, now)
 
 
-def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e-10) -> tuple[Array, float]:
+def time_one_map(strut: Model, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e-10) -> tuple[Array, float]:
     """Return the state one retardation time later (the paper's map Phi, section 4).
 
     Parameters
     ----------
-    strut : Strut
-        The rod, on a grid with a number of nodes, under a constant load.
+    strut : Strut or Rod
+        The rod, of one natural segment and without inertia, on a grid with a number of nodes, under a constant load.
     mu : array_like, shape (n,)
         Curvature at the nodes, in the user's units.
     mu_nat : float
@@ -93,7 +94,7 @@ def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e
     ArgumentError
         Where the load varies, or the state does not fit the grid.
     """
-    uniform_strut(strut, "strut")
+    strut = uniform_strut(strut, "strut")
     if not strut.load.is_constant:
         raise ArgumentError("must be constant for a time-one map", where="load", value=strut.load)
     sol = solve(strut, np.asarray(mu, dtype=float), mu_nat, until=strut.scales.time, rtol=rtol)
@@ -102,7 +103,7 @@ def time_one_map(strut: Strut, mu: ArrayLike, mu_nat: float, *, rtol: float = 1e
 
 
 def omega_limit(
-    strut: Strut,
+    strut: Model,
     curvature: Curvature = 0.0,
     natural_curvature: float | str = 0.0,
     *,
@@ -115,8 +116,8 @@ def omega_limit(
 
     Parameters
     ----------
-    strut : Strut
-        The rod under a constant thrust.
+    strut : Strut or Rod
+        The rod, of one natural segment and without inertia, under a constant thrust.
     curvature, natural_curvature
         The start, as in `solve`.
     rtol : float
@@ -134,7 +135,7 @@ def omega_limit(
     ArgumentError
         Where the start cannot be used, or the load is not a constant thrust.
     """
-    uniform_strut(strut, "strut")
+    strut = uniform_strut(strut, "strut")
     if strut.grid.nodes == "auto":
         strut = strut.with_grid(Grid(24, strut.grid.breaks))
     later = FIRST_LOOK

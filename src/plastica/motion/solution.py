@@ -97,7 +97,7 @@ class Solution:
     def limit(self) -> Limit | None:
         """Where the motion ends; None where the theory does not apply.
 
-        That is: with inertia, several segments, loads that vary on, or others than a thrust.
+        That is: with inertia, a damping other than 1, several segments, loads that vary on, or others than a thrust.
         """
         from plastica.motion.longtime import limit_of
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from plastica.errors import ArgumentError
 from plastica.physics.model import Model
 
-__all__ = ["Strut", "uniform_strut"]
+__all__ = ["Strut", "as_strut", "uniform_strut"]
 
 Array = NDArray[np.float64]
 
@@ -97,19 +97,45 @@ class Strut(Model):
         return mu_t, self.natural_rate(curvature, natural)
 
 
+def as_strut(model: object) -> Strut | None:
+    """Return the strut with one natural curvature that a model is; None where it is none.
+
+    A `Rod` without inertia is one where its times are in the retardation time, that is where delta = 1.
+    """
+    if not isinstance(model, Model) or model.segments > 1:
+        return None
+    if isinstance(model, Strut):
+        return model
+    if model.has_inertia or model.damping != 1.0:
+        return None
+    return Strut(model.material, model.load, model.grid, model.specimen)
+
+
 def uniform_strut(model: object, where: str) -> Strut:
-    """Return a model that is a strut with one natural curvature, the only one for which limits and charts are known.
+    """Return the strut with one natural curvature that a model is: for no other are limits and charts known.
 
     Raises
     ------
     ArgumentError
         Where it is none.
     """
-    if not isinstance(model, Strut) or model.segments > 1:
+    strut = as_strut(model)
+    if strut is None:
         raise ArgumentError(
-            "must be a pl.Strut with one natural segment, for which alone the theory holds",
+            "must be a strut with one natural segment, for which alone the theory holds: a pl.Strut, or a pl.Rod "
+            "without inertia and with a damping of 1",
             where=where,
-            value=f"one of {model.segments} segments" if isinstance(model, Strut) else type(model).__name__,
+            value=_in_short(model),
             next_step="Static shapes of any rod come from pl.rest, its motion from pl.solve.",
         )
-    return model
+    return strut
+
+
+def _in_short(model: object) -> str:
+    """What a model is, as far as it keeps it from being a strut with one natural curvature."""
+    name = type(model).__name__
+    if not isinstance(model, Model):
+        return name
+    if model.segments > 1:
+        return f"a {name} of {model.segments} segments"
+    return f"a {name} with inertia" if model.has_inertia else f"a {name} with a damping of {model.damping:g}"

@@ -7,7 +7,6 @@ from typing import Any, Final
 import numpy as np
 
 from plastica.equilibria.limits import Limit
-from plastica.physics.strut import Strut
 from plastica.show.captions import Caption
 from plastica.show.ending import Tail, tail_of
 from plastica.show.measure import Measure
@@ -65,7 +64,11 @@ def _why_none(subject: Subject) -> str:
     settled = model.loads.settled
     others = sorted({name for name, _ in model.loads.sources()} - {"thrust"})
     reasons = (
-        (not isinstance(model, Strut), "the model is the rod with inertia"),
+        (model.has_inertia, "the model is the rod with inertia"),
+        (
+            not model.has_inertia and model.damping != 1.0,
+            f"times are not in the retardation time, but the damping is {number(model.damping)}",
+        ),
         (model.segments > 1, f"the natural curvature is one for each of {model.segments} segments"),
         (bool(others), f"other loads act ({', '.join(LOAD_WORDS[name].lower() for name in others)})"),
         (settled is None or settled > end, "the loads go on changing"),
