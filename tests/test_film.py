@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import stat
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +15,8 @@ from PIL import Image
 
 import plastica as pl
 from plastica.errors import ArgumentError, FileError
-from plastica.show import encode, film, style, view
+from plastica.show import encode, film, report, style, view
+from tests.commandline import Answer, call, scenario, written
 
 from .pictured import check_nothing_is_solved, not_begun, run
 
@@ -170,3 +173,70 @@ def test_a_failure_of_ffmpeg_leaves_nothing_behind(monkeypatch: pytest.MonkeyPat
     with pytest.raises(FileError, match="no such codec"):
         film.film(run("short"), out / "rod.mp4", seconds=0.5, fps=8.0, width=240)
     assert list(out.iterdir()) == []
+
+
+# -- the film of a run stands in a file and on the page ------------------------------------------------------------
+
+
+def counted(act: Callable[[], Answer]) -> tuple[Answer, list[int]]:
+    """What was answered, and which frames were drawn for it."""
+    drawn, sound = [], film._Stage.show
+
+    def show(stage: film._Stage, row: int) -> None:
+        drawn.append(row)
+        sound(stage, row)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(film._Stage, "show", show)
+        return act(), drawn
+
+
+def check_drawn_once(folder: Path) -> None:
+    """Where a run, or `show`, writes both, each frame is drawn once, and the page holds the very film of the file."""
+    file = written(folder, scenario(output="report = true\nfilm = \"gif\""))
+    show = ("show", folder / "out" / "strut.nc", "--report", folder / "out" / "strut.html", "--film")
+    for command in (("run", file, "--output", folder / "out"), (*show, folder / "out" / "strut.gif")):
+        answer, drawn = counted(lambda command=command: call(*command))
+        assert answer.code == 0, answer.err
+        assert drawn == list(range(100))
+        inside = base64.b64encode((folder / "out" / "strut.gif").read_bytes()).decode()
+        assert inside in (folder / "out" / "strut.html").read_text(encoding="utf-8")
+        (folder / "out" / "strut.gif").unlink()
+        (folder / "out" / "strut.html").unlink()
+
+
+def test_what_page_and_file_show_is_drawn_once(tmp_path: Path) -> None:
+    check_drawn_once(tmp_path)
+
+
+def test_page_and_film_are_as_each_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(film, "FPS", 1.0)
+    together = report.report_and_film(run("held"), tmp_path / "both.html", tmp_path / "both.gif")
+    assert together == [tmp_path / "both.html", tmp_path / "both.gif"]
+    page = report.report(run("held"), tmp_path / "alone.html")
+    clip = film.film(run("held"), tmp_path / "alone.gif", fps=1.0)
+    assert page.read_bytes() == together[0].read_bytes()
+    assert clip.read_bytes() == together[1].read_bytes()
+    assert report.report_and_film(run("held"), None, None) == []
+    assert report.report_and_film(run("held"), None, tmp_path / "film.gif") == [tmp_path / "film.gif"]
+
+
+def test_a_page_beside_an_mp4_has_its_film(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    tools, out = tmp_path / "tools", tmp_path / "out"
+    tools.mkdir()
+    out.mkdir()
+    seen = stand_in(tools, monkeypatch, fails=False)
+    monkeypatch.setattr(film, "FPS", 1.0)
+    report.report_and_film(run("short"), out / "rod.html", out / "rod.mp4")
+    assert "-r 1 " in seen.read_text()
+    assert "data:image/gif;base64" in (out / "rod.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("page", "clip"), [("rod.txt", "rod.gif"), ("rod.html", "rod.avi"), ("rod.html", "rod.mp4")])
+def test_nothing_is_written_where_one_name_is_wrong(
+    page: str, clip: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    with pytest.raises(ArgumentError, match="`path` must end in"):
+        report.report_and_film(run("short"), tmp_path / page, tmp_path / clip)
+    assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,7 @@ import pytest
 import plastica as pl
 from plastica.motion import store
 from plastica.motion.solve import solve
-from plastica.show import checks, report, view
+from plastica.show import checks, report, sections, view
 from plastica.study import building, export, measured, problems, sweep_store
 from plastica.study import run as runs
 from tests import (
@@ -70,6 +70,7 @@ CHECKS: dict[str, Check] = {
     "shapes as drawn": lambda _: test_show.check_shapes(drawn("buckles")),
     "times of a film": lambda _: test_film.check_frame_times(drawn("long"), 50),
     "frames of a film": lambda _: test_film.check_frames_show_the_rod(drawn("held")),
+    "page and file share a film": test_film.check_drawn_once,
     "text is escaped": lambda _: test_report.check_text_is_escaped(page),
     "nothing is loaded": lambda _: test_report.check_nothing_is_loaded(page(reported.run("buckles"))),
     "the ledger is judged in the terminal": lambda _: test_report_words.check_ledger_is_judged(
@@ -221,6 +222,16 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ),
     ("the ledger is judged", "a bar ten times as high", replacing(checks, "LEDGER_SLACK", lambda bar: 10.0 * bar)),
     ("times of a film", "frames at equal times", replacing(view, "frame_times", evenly)),
+    (
+        "page and file share a film",
+        "the page draws its own",
+        replacing(report, "page", lambda sound: lambda solution, drawn: sound(solution)),
+    ),
+    (
+        "page and file share a film",
+        "the page has another one",
+        replacing(sections, "gif_uri", lambda sound: lambda data: sound(data[:-1])),
+    ),
     ("export is exact", "six digits", replacing(export, "_rows", rounded)),
     ("noise is smoothed", "no smoothing", replacing(measured, "smooth", without_noise)),
     ("a second run is equal", "another tolerance", replacing(runs, "solve", looser)),

@@ -167,14 +167,10 @@ def show(result: Path, report_file: Path | None, film_file: Path | None, as_json
 
     solution = read(result)
     facts, files = result_facts(solution), []
-    if report_file is not None:
-        from plastica.show.report import report
+    if report_file is not None or film_file is not None:
+        from plastica.show.report import report_and_film
 
-        files.append(report(solution, report_file))
-    if film_file is not None:
-        from plastica.show.film import film
-
-        files.append(film(solution, film_file))
+        files = report_and_film(solution, report_file, film_file)
     if as_json:
         print_json({"result": result, **facts, "files": files})
     else:

@@ -105,16 +105,11 @@ def _pictures(finished: Finished, folder: Path, options: Options) -> list[Path]:
     from plastica.study.run import planned_files
 
     files = planned_files(finished.scenario, folder, report=options.report, film=options.film)
-    written = []
-    if "report" in files:
-        from plastica.show.report import report
+    if not {"report", "film"} & files.keys():
+        return []
+    from plastica.show.report import report_and_film
 
-        written.append(report(finished.solution, files["report"]))
-    if "film" in files:
-        from plastica.show.film import film
-
-        written.append(film(finished.solution, files["film"]))
-    return written
+    return report_and_film(finished.solution, files.get("report"), files.get("film"))
 
 
 def scenario_files(folder: Path) -> list[Path]:

@@ -13,7 +13,7 @@ from plastica.errors import ArgumentError, FileError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["HOLD", "WRITERS", "ffmpeg", "write_gif", "write_mp4"]
+__all__ = ["HOLD", "ffmpeg", "write_gif", "write_mp4"]
 
 HOLD: Final = 1500
 """Milliseconds that a GIF rests on its last frame before it begins anew."""
@@ -120,7 +120,3 @@ def write_mp4(frames: Iterator[Image], path: Path, fps: float) -> None:
     if done.returncode != 0:
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()
         raise FileError(f"cannot be written by ffmpeg: {words[-1] if words else 'no reason given'}", where=str(path))
-
-
-WRITERS: Final = {".gif": write_gif, ".mp4": write_mp4}
-"""Suffix of a film -> how it is written."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +18,7 @@ from plastica.files import write_whole
 from plastica.motion.solution import Solution
 from plastica.show import arrows as loads
 from plastica.show import panels
-from plastica.show.encode import WRITERS, ffmpeg
+from plastica.show.encode import ffmpeg, write_gif, write_mp4
 from plastica.show.style import INK, MUTED, ROLES, drawing, new_figure
 from plastica.show.view import View, frame_times, view
 
@@ -26,9 +28,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-__all__ = ["film", "frames"]
+__all__ = ["Reel", "check_suffix", "film", "frames", "reel"]
 
 Array = NDArray[np.float64]
+
+SECONDS: Final = 8.0
+FPS: Final = 12.5
+PIXELS: Final = 720
+"""Of the width."""
 
 WIDTH: Final = 7.2
 """Inches: a film looks the same at every number of pixels."""
@@ -38,6 +45,8 @@ MARGINS: Final = 2.1
 
 LOWER: Final = 1.7
 """Inches of the height that the energies take."""
+
+SUFFIXES: Final = (".gif", ".mp4")
 
 LONGEST: Final = 3000
 """Frames of one film."""
@@ -49,7 +58,51 @@ DRAWN: Final = {"force": ("arrow", "head"), "couple": ("turn", "turn head"), "we
 """Load -> the parts of the picture that are its arrow."""
 
 
-def film(solution: Solution, path: str | Path, seconds: float = 8.0, *, fps: float = 12.5, width: int = 720) -> Path:
+@dataclass(frozen=True, eq=False)
+class Reel:
+    """A film that was drawn, to be written once or more often.
+
+    Attributes
+    ----------
+    frames : tuple of Image
+        In RGB, all of one size.
+    fps : float
+        Frames per second.
+    """
+
+    frames: tuple[Image, ...]
+    fps: float
+
+    @cached_property
+    def gif(self) -> bytes:
+        """The film as a GIF."""
+        stream = BytesIO()
+        write_gif(iter(self.frames), stream, self.fps)
+        return stream.getvalue()
+
+    def write(self, path: Path) -> Path:
+        """Write the film to a file that ends in .gif or .mp4, whole or not at all; errors as for `film`."""
+        return write_whole(path, self._fill)
+
+    def _fill(self, path: Path) -> None:
+        if path.suffix.lower() == ".gif":
+            path.write_bytes(self.gif)
+        else:
+            write_mp4(iter(self.frames), path, self.fps)
+
+
+def reel(solution: Solution, seconds: float = SECONDS) -> Reel:
+    """Draw a film as `film` does where it is told no more than its length."""
+    return Reel(tuple(frames(solution, _count(seconds, FPS), PIXELS)), FPS)
+
+
+def _count(seconds: float, fps: float) -> int:
+    return max(round(seconds * fps), 2)
+
+
+def film(
+    solution: Solution, path: str | Path, seconds: float = SECONDS, *, fps: float = FPS, width: int = PIXELS
+) -> Path:
     """Write a film of a motion.
 
     Above, the rod, clamped at the left, with its natural shape dashed and the loads as arrows; below, the
@@ -84,26 +137,36 @@ def film(solution: Solution, path: str | Path, seconds: float = 8.0, *, fps: flo
     """
     target = Path(path)
     count = _checked(solution, target, seconds, fps, width)
-    writer = WRITERS[target.suffix.lower()]
-    return write_whole(target, lambda aside: writer(frames(solution, count, width), aside, fps))
+    return write_whole(target, lambda aside: Reel(tuple(frames(solution, count, width)), fps)._fill(aside))
 
 
 def _checked(solution: Solution, target: Path, seconds: float, fps: float, width: int) -> int:
     """Refuse what cannot be filmed, and return the number of frames."""
     if not isinstance(solution, Solution):
         raise ArgumentError("must be a Solution", where="solution", value=solution)
-    if target.suffix.lower() not in WRITERS:
-        raise ArgumentError("must end in .gif or .mp4", where="path", value=str(target))
+    check_suffix(target)
     ranges = {"seconds": (seconds, 0.0, 120.0), "fps": (fps, 1.0, 50.0), "width": (width, 240, 1920)}
     for name, (value, low, high) in ranges.items():
         if not (isinstance(value, (int, float)) and low <= value <= high and value > 0):
             raise ArgumentError(f"must be a number from {low:g} to {high:g}", where=name, value=value)
-    if target.suffix.lower() == ".mp4":
-        ffmpeg()
-    count = max(round(seconds * fps), 2)
+    count = _count(seconds, fps)
     if count > LONGEST:
         raise ArgumentError(f"must give at most {LONGEST} frames", where="seconds", value=seconds)
     return count
+
+
+def check_suffix(target: Path) -> None:
+    """Refuse the name of a film that cannot be written.
+
+    Raises
+    ------
+    ArgumentError
+        Where the suffix is none of .gif and .mp4, or ffmpeg is missing.
+    """
+    if target.suffix.lower() not in SUFFIXES:
+        raise ArgumentError("must end in .gif or .mp4", where="path", value=str(target))
+    if target.suffix.lower() == ".mp4":
+        ffmpeg()
 
 
 def frames(solution: Solution, count: int, width: int = 720) -> Iterator[Image]:

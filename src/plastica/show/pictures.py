@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING
 
 from plastica.show import plots
-from plastica.show.encode import write_gif
 from plastica.show.style import drawing
 
 if TYPE_CHECKING:
@@ -38,11 +36,9 @@ def svg_uri(name: str, solution: Solution) -> str:
     return _uri("svg+xml", stream.getvalue())
 
 
-def gif_uri(frames: Sequence[Image], fps: float) -> str:
-    """Return frames as the data URI of a looping GIF."""
-    stream = BytesIO()
-    write_gif(iter(frames), stream, fps)
-    return _uri("gif", stream.getvalue())
+def gif_uri(data: bytes) -> str:
+    """Return a GIF as a data URI."""
+    return _uri("gif", data)
 
 
 def still_uri(frame: Image) -> str:

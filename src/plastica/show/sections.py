@@ -14,7 +14,6 @@ import numpy as np
 from plastica.material.material import admissible
 from plastica.show.captions import captions, shown
 from plastica.show.checks import ledger, origin, promises
-from plastica.show.film import frames
 from plastica.show.inputs import admissibility, parameters
 from plastica.show.outlook import ending
 from plastica.show.pictures import gif_uri, still_uri, svg_uri
@@ -25,8 +24,6 @@ from plastica.show.words import how_it_ended, number, pretty
 __all__ = ["SECTIONS", "Section", "Subject"]
 
 MOST_EVENTS: Final = 100
-FPS: Final = 12.5
-FILM_WIDTH: Final = 640
 
 
 def verdict(subject: Subject) -> Section:
@@ -152,14 +149,14 @@ def pictures(subject: Subject) -> Section:
         for name in shown(subject.seen)
     ]
     moving = None
-    if subject.film_seconds > 0.0 and subject.seen.t.size > 1:
-        made = list(frames(subject.solution, max(round(subject.film_seconds * FPS), 2), FILM_WIDTH))
+    if subject.film is not None:
+        last = subject.film.frames[-1]
         moving = {
-            "src": gif_uri(made, FPS),
-            "still": still_uri(made[-1]),
+            "src": gif_uri(subject.film.gif),
+            "still": still_uri(last),
             "caption": words["film"],
-            "width": made[0].width,
-            "height": made[0].height,
+            "width": last.width,
+            "height": last.height,
         }
     return Section("pictures", "What happened", {"film": moving, "figures": drawn})
 

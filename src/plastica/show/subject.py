@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from plastica.motion.solution import Solution
+from plastica.show.film import Reel, reel
 from plastica.show.view import View, view
 from plastica.show.words import Writer
 
@@ -25,15 +26,23 @@ class Section:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a report is about, and how long its film runs (s; 0: no film)."""
+    """What a report is about, how long its film runs (s; 0: no film), and the film where it is drawn already."""
 
     solution: Solution
     film_seconds: float
+    drawn: Reel | None = None
 
     @cached_property
     def seen(self) -> View:
         """The solution made ready for pictures."""
         return view(self.solution)
+
+    @cached_property
+    def film(self) -> Reel | None:
+        """The film of the page; None where none is wanted, or nothing moves."""
+        if self.film_seconds == 0.0 or self.seen.t.size == 1:
+            return None
+        return self.drawn or reel(self.solution, self.film_seconds)
 
     @property
     def write(self) -> Callable[[float, str], str]:
