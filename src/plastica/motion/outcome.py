@@ -136,20 +136,14 @@ def _rise(model: Model, mu_nat: np.ndarray) -> float:
 def _shape(solution: Solution) -> str:
     strut = solution.model
     first, last = solution.history.y[0], solution.history.y[-1]
-    angle = _largest_angle(solution, last)
+    angle = float(strut.largest_angle(strut.layout.mu(last)))
     if angle <= STRAIGHT:
         return "straight"
     loads, end = strut.loads, solution.history.end
     across = {"transverse", "couple", *(("weight",) if loads.weight_direction[1] else ())}
     thrust_alone = not across & dict(loads.sources()).keys() and loads.thrust(end) > 0.0
-    began = max(_largest_angle(solution, first), float(np.abs(strut.layout.natural(first)).max()))
+    began = max(float(strut.largest_angle(strut.layout.mu(first))), float(np.abs(strut.layout.natural(first)).max()))
     return "buckled" if thrust_alone and angle > BENT and angle > 2.0 * began else "bent"
-
-
-def _largest_angle(solution: Solution, state: np.ndarray) -> float:
-    strut = solution.model
-    mu = state[: strut.grid.size]
-    return max(float(np.abs(strut.angle(mu)).max()), abs(float(strut.grid.w @ mu)))
 
 
 def _headline(solution: Solution, shape: str, memory: str, released: bool) -> str:

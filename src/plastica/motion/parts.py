@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -26,6 +27,9 @@ CODES: Final = ("done", "step_limit", "not_finite", "too_coarse", "solver_failed
 """How a member ended, as `Status.code` says it."""
 
 SMALLEST_ATOL: Final = 1e-290
+
+TAIL: Final = 0.5
+"""The tail that is allowed, in units of the root of the tolerance."""
 
 SINGLE_STEPS: Final = 20_000
 """Steps after which a member that is solved singly is given up, so that it does not hold up the rest."""
@@ -224,8 +228,12 @@ def _number(given: Given, name: str, value: float) -> float | str:
 
 
 def _watch(given: Given, rtol: float) -> Watch:
-    """Tell which members a grid does not resolve: by the tails that `motion.resolution` looks at."""
-    grid, allowed = given.strut.grid, max(rtol, 50.0 * float(np.finfo(float).eps))
+    """Tell which members a grid does not resolve: by the tails that `motion.resolution` looks at.
+
+    What is told of members are integrals over the rod. J and J* being adjoint on the grid, these err by the square of
+    what the curvature errs between its nodes: at most by 0.03 of it, over all shapes and thrusts that were tried.
+    """
+    grid, allowed = given.strut.grid, max(TAIL * math.sqrt(rtol), 50.0 * float(np.finfo(float).eps))
     first = np.broadcast_to(np.abs(given.mu).max(axis=1), (given.count,))
     rough = np.broadcast_to(grid.tail(given.mu) > allowed * np.abs(given.mu).max(axis=1), (given.count,))
 

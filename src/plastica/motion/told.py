@@ -20,7 +20,7 @@ WORDS: Final = {
     "tip_x": ("length", "free end, along the clamp's tangent"),
     "tip_y": ("length", "free end, across the clamp's tangent"),
     "tip_angle": ("angle", "tangent angle at the free end"),
-    "largest_angle": ("angle", "largest tangent angle at any node or the free end, without its sign"),
+    "largest_angle": ("angle", "largest tangent angle, without its sign"),
     "liapunov": ("energy", "Liapunov function: stored energy plus potential of the loads"),
     "limit_natural_curvature": ("curvature", "natural curvature of the equilibrium where the member ends"),
 }

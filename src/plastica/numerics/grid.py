@@ -22,6 +22,9 @@ LARGEST_ELEMENTS = 1000
 LARGEST_SIZE = 2048
 """Nodes in all: the matrices of a larger grid would take minutes and gigabytes."""
 
+EVEN = 32
+"""Evenly spaced points, enough to find the largest value of what has a few waves to a thousandth."""
+
 AUTO_NODES = (8, 12, 16, 24, 32, 48, 64, 96, 128)
 """The node counts that ``Grid(nodes="auto")`` tries, in order."""
 
@@ -130,6 +133,11 @@ class Grid:
     def B(self) -> Array:
         """Integral of the nodal interpolant from each node to 1, B = 1 w^T - A; shape (size, size)."""
         return (self.w[:, None] * self.A).T / self.w[:, None]
+
+    @cached_property
+    def even_integrals(self) -> Array:
+        """Integral of the nodal interpolant from 0 to points spaced evenly up to 1; shape (`EVEN`, size)."""
+        return np.vstack([self.integration(np.arange(1, EVEN) / EVEN), self.w])
 
     @cached_property
     def _lower_and_width(self) -> tuple[Array, Array]:

@@ -184,7 +184,7 @@ def advance(
     start : float
         The time at which all begin.
     watch : callable, optional
-        Looks at every member after every tenth of its steps, and at its end, and tells whether to give it up.
+        Looks at every member after its first step, after every tenth, and at its end, and tells whether to give it up.
 
     Returns
     -------
@@ -281,7 +281,7 @@ class _Run:
             taken, most = block.steps[due], self.options.most_steps
             self._leave(due[(taken >= most) | ((taken >= most // 8) & (to_go > 2.0 * most))], STIFF)
         if self.watch is not None:
-            due = np.flatnonzero(block.alive & (block.steps % WATCH_EVERY == 0))
+            due = np.flatnonzero(block.alive & ((block.steps % WATCH_EVERY == 0) | (block.steps == 1)))
             self._leave(self._give_up(due), COARSE)
 
     def _give_up(self, columns: Indices) -> Indices:

@@ -333,7 +333,7 @@ def _readings(struts: Struts, y: Array, own: Array, loads: Mapping[str, Array]) 
         "tip_x": whole(cos),
         "tip_y": whole(sin),
         "tip_angle": mean,
-        "largest_angle": np.maximum(np.abs(theta).max(axis=0), np.abs(mean)),
+        "largest_angle": np.abs(grid.even_integrals @ mu).max(axis=0),
         "liapunov": stored + whole(along * cos - across * sin) - end_couple * mean,
     }
 

@@ -118,6 +118,10 @@ class Model(ABC):
         """Tangent angle theta = J mu at the nodes; mu of shape (..., n)."""
         return np.asarray(mu, dtype=float) @ self.grid.A.T
 
+    def largest_angle(self, mu: ArrayLike) -> Array:
+        """Largest tangent angle, without its sign, at evenly spaced points, the free end among them; shape (...)."""
+        return np.asarray(np.abs(np.asarray(mu, dtype=float) @ self.grid.even_integrals.T).max(axis=-1))
+
     def dead_force(self, t: ArrayLike) -> tuple[Array, Array]:
         """The dead load beyond each node, (along, across) of (-along, across).
 

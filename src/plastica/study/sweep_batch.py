@@ -165,7 +165,7 @@ def _angle(plan: Plan, curvature: Any) -> float:
     grid = model.grid.with_nodes(AUTO_NODES[3]) if model.grid.nodes == "auto" else model.grid
     shape, grid = initial_shape(curvature, grid, model.scales, si=model.specimen is not None)
     mu = nodal_values(shape, grid)
-    return float(max(np.abs(grid.A @ mu).max(), abs(grid.w @ mu)))
+    return float(np.abs(grid.even_integrals @ mu).max())
 
 
 def _thrust(plan: Plan, columns: dict[str, Array]) -> Any:

@@ -70,11 +70,6 @@ def regime_of(solution: Solution) -> int:
     kept = bool(np.any(keeps_a_set(moved, drive, relaxed, threshold)))
     alone = not {"transverse", "couple"} & {name for name, _ in model.loads.sources()}
     pushed = alone and float(model.loads.thrust(end)) > 0.0
-    began = max(_largest_angle(solution, first), float(np.abs(layout.natural(first)).max()))
-    return int(regime_codes(pushed, _largest_angle(solution, last), began, kept))
-
-
-def _largest_angle(solution: Solution, state: Array) -> float:
-    model = solution.model
-    mu = model.layout.mu(state)
-    return max(float(np.abs(model.angle(mu)).max()), abs(float(model.grid.w @ mu)))
+    began, turned = (float(model.largest_angle(layout.mu(state))) for state in (first, last))
+    began = max(began, float(np.abs(layout.natural(first)).max()))
+    return int(regime_codes(pushed, turned, began, kept))

@@ -152,7 +152,6 @@ def _readings(solution: Solution, t: Array) -> dict[str, Array]:
     scales, layout, w, y = model.scales, model.layout, model.grid.w, solution.history(t)
     mu, natural, mu_t = layout.mu(y), layout.natural(y), layout.mu_t(y)
     theta, turned = model.angle(mu), mu @ w
-    largest = np.maximum(np.abs(theta).max(axis=-1), np.abs(turned))
     values = {
         "natural_curvature": natural,
         "drive": model.drive(mu, natural),
@@ -160,7 +159,7 @@ def _readings(solution: Solution, t: Array) -> dict[str, Array]:
         "tip_x": np.cos(theta) @ w,
         "tip_y": np.sin(theta) @ w,
         "tip_angle": turned,
-        "largest_angle": largest,
+        "largest_angle": model.largest_angle(mu),
         "liapunov": liapunov(model, t, mu, natural, mu_t),
     }
     return {name: np.asarray(values[name] * getattr(scales, kind)) for name, (kind, _) in FINAL.items()}
