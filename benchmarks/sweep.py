@@ -41,6 +41,7 @@ OVER = {
     "initial.amplitude": {"from": 0.1, "to": 3.0},
     "material.parameters.h": {"from": 0.05, "to": 0.2},
 }
+LIBRARIES = ("numpy", "numba")
 ALONE = {**OVER, "load.couple": {"from": 0.0, "to": 0.1}}
 
 
@@ -66,24 +67,26 @@ def members() -> None:
     }
     for words, outputs in kept.items():
         times = np.linspace(1.0, 100.0, 20).tolist() if "histories" in outputs else None
-        count = 128 if "limit" in outputs else 2048
-        plan = _plan(count, outputs=outputs, times=times)
-        rows = next(plan.members.blocks(count))
-        compute(plan, rows[:16])
-        spent, columns = _timed(lambda p=plan, r=rows: compute(p, r))
-        size = sum(column.nbytes for column in columns.values()) / count
-        print(f"  {words:16s} {1e3 * spent / count:7.3f} {stored_bytes(plan, columns) / count:7.0f} {size:6.0f}")
+        for library in LIBRARIES:
+            plan = _plan(2048, outputs=outputs, times=times, library=library)
+            rows = next(plan.members.blocks(2048))
+            compute(plan, rows[:16])
+            spent, columns = _timed(lambda p=plan, r=rows: compute(p, r))
+            size = sum(column.nbytes for column in columns.values()) / 2048
+            told = f"{stored_bytes(plan, columns) / 2048:7.0f} {size:6.0f}"
+            print(f"  {words:16s} {library:6s} {1e3 * spent / 2048:7.3f} {told}")
     plan = _plan(64, ALONE)
     rows = next(plan.members.blocks(64))
     compute(plan, rows[:2])
     spent, _ = _timed(lambda: compute(plan, rows))
     print(f"  one by one       {1e3 * spent / 64:7.3f}")
     print("per member, by the size of the chunk: CPU time in ms")
-    plan = _plan(8192)
-    rows = next(plan.members.blocks(8192))
-    for size in (16, 64, 256, 512, 2048, 8192):
-        spent, _ = _timed(lambda n=size: compute(plan, rows[:n]))
-        print(f"  {size:5d} {1e3 * spent / size:7.3f}")
+    for library in LIBRARIES:
+        plan = _plan(8192, library=library)
+        rows = next(plan.members.blocks(8192))
+        for size in (16, 64, 256, 512, 2048, 8192):
+            spent, _ = _timed(lambda p=plan, r=rows[:size]: compute(p, r))
+            print(f"  {library:6s} {size:5d} {1e3 * spent / size:7.3f}")
 
 
 def _timed(run: object) -> tuple[float, dict[str, np.ndarray]]:
@@ -157,15 +160,18 @@ def scheduler(count: int = 1000) -> None:
 def processes(count: int = 40_000) -> None:
     """Wall time with one and two workers, median of 3, with everything: start, chunks, store."""
     print(f"{count} members, wall time in s (median of 3)")
-    for workers in (1, 2):
-        times = []
-        for _ in range(3):
-            with _folder() as folder:
-                began = time.perf_counter()
-                pl.sweep(TEXT, OVER, sampling="random", members=count, store=folder / "s.sweep", workers=workers)
-                times.append(time.perf_counter() - began)
-        median = statistics.median(times)
-        print(f"  {workers} workers {median:6.1f} s, {1e3 * median * workers / count:.3f} ms of a core per member")
+    for library in LIBRARIES:
+        for workers in (1, 2):
+            times = []
+            for _ in range(3):
+                with _folder() as folder:
+                    options = {"store": folder / "s.sweep", "workers": workers, "library": library}
+                    began = time.perf_counter()
+                    pl.sweep(TEXT, OVER, sampling="random", members=count, **options)
+                    times.append(time.perf_counter() - began)
+            median = statistics.median(times)
+            each = 1e3 * median * workers / count
+            print(f"  {library:6s} {workers} workers {median:6.1f} s, {each:.3f} ms of a core per member")
 
 
 def creation(count: int = 2_000_000) -> None:

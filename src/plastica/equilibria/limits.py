@@ -21,6 +21,7 @@ from plastica.equilibria.way import laws_of_all
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws
 from plastica.physics.initial import initial_natural_curvature
+from plastica.physics.model import Model
 from plastica.physics.strut import Strut, uniform_strut
 
 if TYPE_CHECKING:
@@ -105,12 +106,12 @@ class Limit:
         return self.sentence
 
 
-def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
+def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float) -> Limit:
     """Predict where the motion from a state ends, under the present constant thrust.
 
     Parameters
     ----------
-    strut : Strut
+    strut : Strut, or Rod without inertia
         The rod, on a grid with a number of nodes; its load must be a constant thrust alone.
     mu : array_like, shape (n,)
         Curvature at the nodes, in the user's units.
@@ -133,7 +134,7 @@ def predict_limit(strut: Strut, mu: ArrayLike, mu_nat: float) -> Limit:
     Limits: a state far from the curve of equilibria, as every run is at its beginning, is "undecided"; integrate
     further and ask again.
     """
-    uniform_strut(strut, "strut")
+    strut = uniform_strut(strut, "strut")
     pushed = not {name for name, _ in strut.loads.sources()} - {"thrust"} and strut.load.is_constant
     if not pushed or strut.loads.thrust(0.0) < 0.0:
         raise ArgumentError(
