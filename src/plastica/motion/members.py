@@ -297,10 +297,10 @@ def _thrusts(
     if given is None or _is_one(given):
         thrusts = (strut.load.thrust if given is None else replace(strut.load, thrust=given).thrust,)
     elif any(isinstance(each, (str, Program)) for each in given):
-        read = [replace(strut.load, thrust=each).thrust for each in given]
-        number = {program: i for i, program in enumerate(dict.fromkeys(read))}
-        thrusts, which = tuple(number), np.array([number[each] for each in read], dtype=np.intp)
-        counts["thrust"] = len(read)
+        read = {each: replace(strut.load, thrust=each).thrust for each in dict.fromkeys(given)}
+        number = {program: i for i, program in enumerate(dict.fromkeys(read.values()))}
+        thrusts, which = tuple(number), np.array([number[read[each]] for each in given], dtype=np.intp)
+        counts["thrust"] = len(given)
     else:
         values = _numbers(given, "thrust", "N", strut, counts)
         replace(strut.load, thrust=programs.constant(float(values.min())))
