@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from plastica.study.reading import document_of
-from plastica.study.sweep_plan import Plan, make_plan
+from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_reading import make_plan
 from tests.commandline import scenario
 
 

@@ -17,7 +17,7 @@ from plastica.study.reading import document_of
 from plastica.study.scenario import read_scenario
 from plastica.study.sweep_axes import Axis
 from plastica.study.sweep_members import Members, members_of
-from plastica.study.sweep_plan import _chunk, make_plan
+from plastica.study.sweep_reading import _chunk, make_plan
 from tests.commandline import call, scenario, si_scenario, written
 from tests.swept import plan, values
 

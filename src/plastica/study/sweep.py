@@ -13,7 +13,8 @@ from plastica.study.reading import Document, document_of, read_document
 from plastica.study.scenario import Scenario
 from plastica.study.sweep_create import create
 from plastica.study.sweep_engines import check_engine, computed
-from plastica.study.sweep_plan import Plan, make_plan
+from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_reading import make_plan
 from plastica.study.sweep_result import Sweep
 from plastica.study.sweep_store import Store
 from plastica.study.sweep_tasks import Told

@@ -24,7 +24,8 @@ from plastica.errors import FileError, PlasticaError
 from plastica.files import as_path, check_schema, read_bytes, regular_file
 from plastica.study.reading import read_document
 from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
-from plastica.study.sweep_plan import Plan, make_plan
+from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_reading import make_plan
 
 __all__ = ["PLAN", "RESULTS", "SCENARIO", "SCHEMA", "SEAL", "Store", "chunk_shape", "open_store"]
 
