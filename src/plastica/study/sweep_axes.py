@@ -15,6 +15,7 @@ from plastica.physics.scales import KINDS
 from plastica.study import fields, schema
 from plastica.study.problems import Problems
 from plastica.study.tokens import KeyPath
+from plastica.study.toml import toml_value
 from plastica.units import DIMENSIONLESS, dimension_of, dimension_text, looks_like_quantity, parse_quantity
 
 __all__ = ["AMPLITUDE", "MOST_AXES", "MOST_VALUES", "Axis", "column", "flattened", "read_axis"]
@@ -69,6 +70,11 @@ class Axis:
         """Whether its values are told one by one."""
         return self.spacing == "listed"
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The labels for people: text as it is, tables as TOML writes them."""
+        return tuple(label if isinstance(label, str) else toml_value(label) for label in self.labels)
+
     def inserted(self, value: float) -> Any:
         """Return a value as the scenario takes it."""
         if self.kind == "label":
@@ -80,7 +86,7 @@ class Axis:
     def shown(self, value: float) -> str:
         """Return a value for people."""
         if self.kind == "label":
-            return str(self.labels[int(value)])
+            return self.words[int(value)]
         return f"{value:.6g} {self.unit}".strip()
 
     def drawn(self, share: Array) -> Array:

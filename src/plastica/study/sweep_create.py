@@ -139,7 +139,7 @@ def _fill_results(path: Path, plan: Plan) -> None:
     coordinates = [_make(group, plan, each) for each in coordinates_of(plan)]
     for axis, array in zip(plan.axes, coordinates, strict=True):
         if axis.kind == "label":
-            array.update_attributes({"labels": [str(label) for label in axis.labels]})
+            array.update_attributes({"labels": list(axis.words)})
     first = 0
     # Chunks of the coordinates are written whole, some at a time.
     size = plan.chunk * max(1, AT_A_TIME // plan.chunk)

@@ -197,7 +197,7 @@ def coordinates_of(plan: Plan) -> tuple[Variable, ...]:
             kinds[axis.kind][1],
             axis.unit or "1",
             f"{axis.key} of the scenario",
-            tuple(str(label) for label in axis.labels),
+            axis.words,
         )
         for axis in plan.axes
     )
