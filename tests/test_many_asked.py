@@ -67,6 +67,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "two counts": ({"thrust": [1.0, 2.0], "natural_curvature": [0.0, 0.1, 0.2]}, "must be as many of each"),
     "no number": ({"thrust": [1.0, float("nan")]}, r"`thrust\[1\]` must be finite"),
     "tension": ({"thrust": [1.0, -2.0]}, "must not be negative"),
+    "a list among thrusts": ({"thrust": ["1 + t", [1.0]]}, "`thrust` must be a number, a text or a program"),
     "negative factor": ({"thrust": "1 + sin(t)/2", "thrust_factor": [1.0, -1.0]}, "`thrust_factor` must not be"),
     "unknown parameter": ({"parameters": {"z": [1.0]}}, "must be parameters of the material"),
     "parameter not finite": ({"parameters": {"k": [1.0, float("inf")]}}, r"`parameters.k\[1\]` must be finite"),

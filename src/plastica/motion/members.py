@@ -297,7 +297,7 @@ def _thrusts(
     if given is None or _is_one(given):
         thrusts = (strut.load.thrust if given is None else replace(strut.load, thrust=given).thrust,)
     elif any(isinstance(each, (str, Program)) for each in given):
-        read = {each: replace(strut.load, thrust=each).thrust for each in dict.fromkeys(given)}
+        read = {each: replace(strut.load, thrust=each).thrust for each in _different(given)}
         number = {program: i for i, program in enumerate(dict.fromkeys(read.values()))}
         thrusts, which = tuple(number), np.array([number[read[each]] for each in given], dtype=np.intp)
         counts["thrust"] = len(given)
@@ -312,6 +312,14 @@ def _thrusts(
         if greatest > 0.0:
             strut.with_load(replace(strut.load, thrust=program.multiplied(greatest)))
     return thrusts, which, gain
+
+
+def _different(given: Sequence[Any]) -> Sequence[Any]:
+    try:
+        return list(dict.fromkeys(given))
+    except TypeError:
+        rule = "must be a number, a text or a program for each member"
+        raise ArgumentError(rule, where="thrust", value=given) from None
 
 
 def _is_one(given: Any) -> bool:
