@@ -100,6 +100,10 @@ BAD_CSV = {
     "load.thrust\n": "must have a heading",
     "load.thrust [N], load.thrust [N]\n1,2\n": "must name each key once",
     "load.thrust [N]\n1,2\n": "must have 1 cells in every row, but row 2 has 2",
+    "load.thrust [N], initial.amplitude\n1,2\n\n1,\n": "but row 4 has none for `initial.amplitude`",
+    "load.thrust [N], initial.amplitude\n ,2\n": "but row 2 has none for `load.thrust`",
+    'initial.amplitude\n2.0\n"3,0"\n': "must be plain numbers, which multiply the initial curvature, but is '2.0'",
+    "initial.amplitude [mm]\n2.0\n": "must be plain numbers, which multiply the initial curvature",
     "load.thrust [N]\nx\n": "must have numbers below",
     "load.trust [N]\n1\n": "Did you mean `thrust`?",
     "load.thrust [m]\n1\n": "of another kind",
@@ -139,6 +143,8 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"over": {"load.thrust": [float("nan")]}}, "must be finite"),
     ({"over": {"material.parameters.h": [0.1, 0.0]}}, "'material.parameters.h'[1]` cannot be used: the material must"),
     ({"over": {"grid.nodes": [8, 1000]}}, "'grid.nodes'[1]`"),
+    ({"over": {"initial.amplitude": ["big", "small"]}}, "which multiply the initial curvature, but is 'big'"),
+    ({"over": {"initial.amplitude": [2.0, True]}}, "but is True"),
     ({"over": {}}, "must name what is varied"),
     ({"over": [1.0]}, "must be a table of keys"),
     ({"over": {"load.thrust": [1.0]}, "sampling": "all"}, "must be one of 'grid'"),
@@ -176,6 +182,27 @@ def test_mistakes_are_told(table: dict[str, Any], said: str, tmp_path: Path) -> 
         )
     assert said in str(refused.value), refused.value
     assert not (tmp_path / "s").exists()
+
+
+AMPLITUDES_OF_ANOTHER_KIND: list[Any] = [
+    ["50 mm", "60 mm"],
+    ["2", "3"],
+    [True, False],
+    [1.0, "3,0"],
+    [[1.0], [2.0]],
+    {"from": "1 mm", "to": "2 mm", "count": 2},
+]
+
+
+def check_amplitudes(given: Any) -> None:
+    """What is no plain number is refused as a factor of the initial curvature; its place was taken for it once."""
+    with pytest.raises(ScenarioError, match=r"initial\.amplitude'.* must be (plain numbers|a number)"):
+        plan({"initial.amplitude": given}, si_scenario())
+
+
+@pytest.mark.parametrize("given", AMPLITUDES_OF_ANOTHER_KIND, ids=str)
+def test_amplitudes_are_plain_numbers(given: Any) -> None:
+    check_amplitudes(given)
 
 
 def test_what_goes_wrong_at_a_corner_is_told_before_the_sweep() -> None:

@@ -16,6 +16,7 @@ import plastica as pl
 from plastica.show import regimes
 from plastica.study import (
     sweep_aside,
+    sweep_axes,
     sweep_batch,
     sweep_create,
     sweep_engines,
@@ -79,6 +80,7 @@ CHECKS: dict[str, Check] = {
     "amplitudes are as they are alone": lambda _: test_sweep.check_members_alone("amplitude of a shape"),
     "a set to come is a set": lambda _: test_sweep.check_members_alone("a set that is yet to come"),
     "a Latin hypercube is one": latin,
+    "amplitudes are numbers": lambda _: test_sweep_members.check_amplitudes(["big", "small"]),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "the map is of the members": lambda folder: test_sweep_doors.check_map(regime_sweep(folder)),
 }
@@ -181,6 +183,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
             lambda made, c, shapes: sound(made, {k: v for k, v in c.items() if k != "initial.amplitude"}, shapes)
         ),
     ),
+    "the place of a text for a factor": replacing(sweep_axes, "_check_factors", lambda _: lambda given: None),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -216,6 +219,7 @@ TEETH = [
     ("amplitudes are as they are alone", "the amplitude left out"),
     ("a set to come is a set", "only what has moved keeps a set"),
     ("a Latin hypercube is one", "a random sample for a Latin hypercube"),
+    ("amplitudes are numbers", "the place of a text for a factor"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("the map is of the members", "the map turned about"),
 ]

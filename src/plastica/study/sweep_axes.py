@@ -171,6 +171,8 @@ def column(key: str, given: list[Any], *, si: bool) -> Axis:
     """
     if not 1 <= len(given) <= MOST_VALUES:
         raise ArgumentError(f"must have 1 to {MOST_VALUES} values", value=len(given))
+    if key == AMPLITUDE:
+        _check_factors(given)
     if all(isinstance(each, int) and not isinstance(each, bool) for each in given):
         return Axis(key, "whole", "", np.array(given, dtype=float))
     if all(isinstance(each, int | float) and not isinstance(each, bool) for each in given):
@@ -189,6 +191,13 @@ def column(key: str, given: list[Any], *, si: bool) -> Axis:
     raw = {_hashable(each): each for each in given}
     values = np.array([place[_hashable(each)] for each in given])
     return Axis(key, "label", "", values, tuple(raw[label] for label in labels))
+
+
+def _check_factors(given: list[Any]) -> None:
+    """Refuse what cannot multiply: texts are told by their places, which would be taken for factors."""
+    for each in given:
+        if isinstance(each, bool) or not isinstance(each, int | float):
+            raise ArgumentError("must be plain numbers, which multiply the initial curvature", value=each)
 
 
 def _hashable(value: Any) -> Any:
@@ -217,7 +226,7 @@ def _range(key: str, given: Mapping[str, Any], *, si: bool, counted: bool) -> Ax
             raise ArgumentError("is missing", where=name)
     if not counted and "count" in given:
         raise ArgumentError("belongs to a grid or list; members drawn have their number in `members`", where="count")
-    (low, unit), (high, other) = (_number(given[name], name, si=si) for name in ("from", "to"))
+    (low, unit), (high, other) = (_number(given[name], name, si=si and key != AMPLITUDE) for name in ("from", "to"))
     if unit != other or not (math.isfinite(low) and math.isfinite(high)) or low == high:
         raise ArgumentError("must be another quantity of the same dimension as `from`", where="to", value=given["to"])
     spacing = given.get("spacing", "linear")

@@ -133,22 +133,31 @@ def read_columns(file: Path, *, si: bool) -> list[Axis]:
     except UnicodeDecodeError:
         raise FileError("must be UTF-8 text", where=str(file)) from None
     try:
-        rows = [row for row in csv.reader(io.StringIO(text)) if row]
+        rows = [(i, row) for i, row in enumerate(csv.reader(io.StringIO(text)), start=1) if row]
     except csv.Error as error:
         raise FileError(f"is not a table that can be read ({error})", where=str(file)) from None
     if len(rows) < 2:
         raise FileError("must have a heading and at least one row", where=str(file))
-    heads = [_HEADING.fullmatch(cell) for cell in rows[0]]
+    heads = [_HEADING.fullmatch(cell) for cell in rows[0][1]]
     if len(heads) > MOST_AXES or not all(heads):
         rule = f'must begin with at most {MOST_AXES} headings such as "load.thrust [N]"'
-        raise FileError(rule, where=str(file), value=",".join(rows[0])[:80])
-    for i, row in enumerate(rows[1:], start=2):
-        if len(row) != len(heads):
-            raise FileError(f"must have {len(heads)} cells in every row, but row {i} has {len(row)}", where=str(file))
+        raise FileError(rule, where=str(file), value=",".join(rows[0][1])[:80])
     keys = [head[1] for head in heads if head is not None]
+    _check_rows(rows[1:], keys, file)
     if len(set(keys)) < len(keys):
         raise FileError("must name each key once", where=str(file), value=",".join(keys))
-    return [_column(head, [row[i].strip() for row in rows[1:]], file, si=si) for i, head in enumerate(heads)]
+    return [_column(head, [row[i].strip() for _, row in rows[1:]], file, si=si) for i, head in enumerate(heads)]
+
+
+def _check_rows(rows: Sequence[tuple[int, list[str]]], keys: list[str], file: Path) -> None:
+    """Refuse rows, told by their place in the file, that do not say everything of a member."""
+    for i, row in rows:
+        if len(row) != len(keys):
+            raise FileError(f"must have {len(keys)} cells in every row, but row {i} has {len(row)}", where=str(file))
+        empty = [key for key, cell in zip(keys, row, strict=True) if not cell.strip()]
+        if empty:
+            rule = f"must have a value in every cell, but row {i} has none for `{empty[0]}`"
+            raise FileError(rule, where=str(file))
 
 
 def _column(head: Any, cells: list[str], file: Path, *, si: bool) -> Axis:
