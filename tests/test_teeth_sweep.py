@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from plastica.physics.initial import Shape
 from plastica.show import regimes
 from plastica.study import (
     sweep_aside,
@@ -21,7 +22,9 @@ from plastica.study import (
     sweep_create,
     sweep_engines,
     sweep_interest,
+    sweep_member,
     sweep_members,
+    sweep_plan,
     sweep_store,
     sweep_tasks,
 )
@@ -33,6 +36,7 @@ from tests import (
     test_sweep_leftovers,
     test_sweep_members,
     test_sweep_store,
+    test_sweep_text,
 )
 from tests.commandline import written
 from tests.defects import Patch, replacing
@@ -82,6 +86,8 @@ CHECKS: dict[str, Check] = {
     "a Latin hypercube is one": latin,
     "amplitudes are numbers": lambda _: test_sweep_members.check_amplitudes(["big", "small"]),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
+    "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
+    "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
     "the map is of the members": lambda folder: test_sweep_doors.check_map(regime_sweep(folder)),
 }
 
@@ -191,6 +197,15 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         "_neighbours",
         lambda sound: lambda store, count: ((b, np.roll(a, 7)) for a, b in sound(store, count)),
     ),
+    "the text of the base": replacing(
+        sweep_plan,
+        "member_document",
+        lambda sound: lambda document, *a, **b: replace(sound(document, *a, **b), text=document.text),
+    ),
+    "the amplitude left out of the text": replacing(
+        sweep_member, "toml_text", lambda sound: lambda data, told: sound({**data, "initial": {}}, told)
+    ),
+    "factors of measured points left out": replacing(Shape, "times", lambda _: lambda self, factor: self),
     "the map turned about": replacing(
         regimes, "_map", lambda sound: lambda ax, sweep, codes, i, j: sound(ax, sweep, codes[::-1], i, j)
     ),
@@ -221,6 +236,10 @@ TEETH = [
     ("a Latin hypercube is one", "a random sample for a Latin hypercube"),
     ("amplitudes are numbers", "the place of a text for a factor"),
     ("boundaries are boundaries", "any members for neighbours"),
+    ("a member says what it takes", "the text of the base"),
+    ("a member says what it takes", "the amplitude left out of the text"),
+    ("a measured member says what it takes", "the text of the base"),
+    ("a measured member says what it takes", "factors of measured points left out"),
     ("the map is of the members", "the map turned about"),
 ]
 """Which check catches which defect."""

@@ -51,6 +51,11 @@ class Shape:
     breaks: tuple[float, ...] = ()
     words: str = "a function of s"
 
+    def times(self, factor: float) -> Shape:
+        """Return the shape with its curvature multiplied by a number."""
+        function = self.function
+        return Shape(lambda s: factor * np.asarray(function(s)), self.breaks, f"{factor:g} times ({self.words})")
+
 
 Curvature = float | str | Shape | Callable[[Array], ArrayLike] | Sequence[float] | Array
 """What may be given as an initial curvature."""

@@ -335,7 +335,7 @@ def _measured(
     if checked is None or length is None:
         return None
     with problems.at(*path):
-        return measured_shape(
+        shape = measured_shape(
             _csv(folder, checked.csv),
             checked.columns,
             length,
@@ -344,6 +344,7 @@ def _measured(
             curvature_unit=checked.curvature_unit,
             smoothing=_smoothing(checked.smoothing),
         )
+        return shape if checked.factor == 1.0 else shape.times(checked.factor)
     return None
 
 

@@ -224,6 +224,7 @@ class Measured(Section):
     length_unit: fields.Word | None = None
     curvature_unit: fields.Word | None = None
     smoothing: fields.Anything = "auto"
+    factor: fields.Number = 1.0
 
 
 class NaturalCurvature(Section):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import json
 import re
@@ -14,16 +13,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import ArgumentError
 from plastica.files import read_bytes
-from plastica.physics.initial import Curvature, Shape, initial_shape
-from plastica.physics.model import Model
 from plastica.physics.strut import Strut
 from plastica.study.building import inside
-from plastica.study.fields import given as in_toml
 from plastica.study.reading import Document
 from plastica.study.scenario import Scenario, scenario_of
-from plastica.study.sweep_axes import AMPLITUDE, Axis
+from plastica.study.sweep_axes import Axis
+from plastica.study.sweep_member import amplified, member_document
 from plastica.study.sweep_members import Members
 from plastica.study.sweep_versions import versions
 
@@ -144,21 +140,20 @@ class Plan:
             digest.update(hashlib.sha256(read_bytes(inside(folder, name), limit=LARGEST_INPUT)).digest())
         return digest.hexdigest()
 
-    def changed(self, values: Array) -> Document:
-        """Return the scenario of one member as a document."""
-        data = copy.deepcopy(self.document.data)
-        for axis, value in zip(self.axes, values, strict=True):
-            if axis.key != AMPLITUDE:
-                _put(data, axis.path, axis.inserted(float(value)))
-        return replace(self.document, data=data)
+    def changed(self, values: Array, member: int | None = None) -> Document:
+        """Return the scenario of one member as a document: what it says, and the same as text."""
+        told = None if member is None else (member, self.told(values))
+        return member_document(self.document, self.axes, values, told, si=self.base.model.specimen is not None)
 
-    def scenario(self, values: Array) -> Scenario:
-        """Return one member as an ordinary scenario.
+    def scenario(self, values: Array, member: int | None = None) -> Scenario:
+        """Return one member as an ordinary scenario, whose text says what its values are.
 
         Parameters
         ----------
         values : ndarray, shape (axes,)
             Its values.
+        member : int, optional
+            Its number, for the title.
 
         Returns
         -------
@@ -169,42 +164,12 @@ class Plan:
         PlasticaError
             Where it is none: what the member was refused for.
         """
-        made = scenario_of(self.changed(values))
-        for axis, value in zip(self.axes, values, strict=True):
-            if axis.key == AMPLITUDE:
-                made = replace(made, curvature=amplified(made.model, made.curvature, float(value)))
-        return made
+        document = self.changed(values, member)
+        factor = document.data.get("initial", {}).pop("amplitude", None)
+        made = scenario_of(document)
+        return made if factor is None else replace(made, curvature=amplified(made.model, made.curvature, factor))
 
     def told(self, values: Array) -> str:
         """Return the values of one member for people."""
         pairs = zip(self.axes, values, strict=True)
         return ", ".join(f"{axis.key} = {axis.shown(float(value))}" for axis, value in pairs)
-
-
-def amplified(model: Model, curvature: Curvature, factor: float) -> Shape:
-    """Return an initial curvature times a factor."""
-    scales, si = model.scales, model.specimen is not None
-    shape, _ = initial_shape(curvature, model.grid, scales, si=si)
-    length = scales.length
-
-    def function(s: Array) -> Array:
-        return factor * np.asarray(shape.function(s / length)) / length
-
-    return Shape(function, tuple(b * length for b in shape.breaks), f"{factor:g} times ({shape.words})")
-
-
-def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
-    """Set a key within tables, making those that are missing.
-
-    Raises
-    ------
-    ArgumentError
-        Where what leads there is no table.
-    """
-    here: Any = data
-    for part in path[:-1]:
-        here = here.setdefault(part, {})
-        if not isinstance(here, dict):
-            rule = f"must lead to a key of the scenario, but `{part}` is {in_toml(here)} there, not a table"
-            raise ArgumentError(rule, where=".".join(path))
-    here[path[-1]] = value

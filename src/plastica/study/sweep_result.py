@@ -189,7 +189,7 @@ class Sweep:
         PlasticaError
             Where there is no such member, or it was refused: the message says why.
         """
-        return self.plan.scenario(self._row(member))
+        return self.plan.scenario(self._row(member), member)
 
     def solve(self, member: int) -> Solution:
         """Solve one member on its own, as `plastica run` would; for its report, film, ledger.
@@ -200,9 +200,9 @@ class Sweep:
             As `scenario`.
         """
         row = self._row(member)
-        scenario = self.plan.scenario(row)
+        scenario = self.plan.scenario(row, member)
         told = f"member {member}: {self.plan.told(row)}"
-        return described(scenario, solved(scenario)).with_provenance(member=told)
+        return described(scenario, solved(scenario)).with_provenance(member=told, description=told)
 
     def interesting(self, count: int = 10) -> tuple[Interesting, ...]:
         """Return the members most worth a look: failures, neighbours that end differently, extremes.

@@ -26,6 +26,10 @@ def toml_value(value: object) -> str:
     return repr(value)
 
 
+def _printable(comment: str) -> str:
+    return "".join(each if each.isprintable() else " " for each in comment)
+
+
 def _key(key: object) -> str:
     return str(key) if _BARE_KEY.fullmatch(str(key)) else toml_value(str(key))
 
@@ -45,7 +49,7 @@ def toml_text(data: Mapping[str, Any], comments: Sequence[str] = ()) -> str:
     str
         Reading it gives `data` back.
     """
-    lines = [f"# {' '.join(each.split())}" for each in comments]
+    lines = [f"# {_printable(each)}" for each in comments]
     lines += [f"{_key(key)} = {toml_value(each)}" for key, each in data.items() if not isinstance(each, Mapping)]
     for key, table in data.items():
         if isinstance(table, Mapping):
