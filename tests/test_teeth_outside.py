@@ -13,7 +13,7 @@ import pytest
 import plastica as pl
 from plastica.motion import store
 from plastica.motion.solve import solve
-from plastica.show import checks, report, sections, view
+from plastica.show import checks, report, scheme, sections, view
 from plastica.study import building, export, measured, problems, sweep_store
 from plastica.study import run as runs
 from tests import (
@@ -25,6 +25,7 @@ from tests import (
     test_house,
     test_measured,
     test_report,
+    test_report_sketch,
     test_report_words,
     test_scenario,
     test_scenario_slips,
@@ -71,6 +72,8 @@ CHECKS: dict[str, Check] = {
     "times of a film": lambda _: test_film.check_frame_times(drawn("long"), 50),
     "frames of a film": lambda _: test_film.check_frames_show_the_rod(drawn("held")),
     "page and file share a film": test_film.check_drawn_once,
+    "loads of the sketch": lambda _: test_report_sketch.check_loads_of_the_sketch(),
+    "a couple turns its way": lambda _: test_report_sketch.check_couple_turns(-1.0),
     "text is escaped": lambda _: test_report.check_text_is_escaped(page),
     "nothing is loaded": lambda _: test_report.check_nothing_is_loaded(page(reported.run("buckles"))),
     "the ledger is judged in the terminal": lambda _: test_report_words.check_ledger_is_judged(
@@ -112,6 +115,26 @@ def first_only(sound: Any) -> Any:
 def unchecked(_: Any) -> Any:
     """A file of any version is taken for one that can be read."""
     return lambda *_: None
+
+
+def always_pushed(sound: Any) -> Any:
+    """The sketch shows a thrust, whether there is one or not."""
+    return lambda solution: {"thrust": 1.0, **sound(solution)}
+
+
+def thrust_alone(sound: Any) -> Any:
+    """The sketch shows no other load than the thrust."""
+    return lambda solution: {name: value for name, value in sound(solution).items() if name == "thrust"}
+
+
+def unsigned(sound: Any) -> Any:
+    """The sketch takes the magnitude of every load."""
+    return lambda solution: {name: abs(value) for name, value in sound(solution).items()}
+
+
+def lying(sound: Any) -> Any:
+    """The sketch shows every weight along the rod."""
+    return lambda direction, *more: sound((-1.0, 0.0), *more)
 
 
 def twice(sound: Any) -> Any:
@@ -213,6 +236,11 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("what is missing is told", "a slip elsewhere stands for it", replacing(problems.Problems, "add", anywhere)),
     ("versions of results are told apart", "any is read", replacing(store, "check_schema", unchecked)),
     ("versions of sweeps are told apart", "any is read", replacing(sweep_store, "check_schema", unchecked)),
+    ("loads of the sketch", "a thrust that is not there", replacing(scheme, "loads_at_largest", always_pushed)),
+    ("loads of the sketch", "no load but the thrust", replacing(scheme, "loads_at_largest", thrust_alone)),
+    ("loads of the sketch", "magnitudes", replacing(scheme, "loads_at_largest", unsigned)),
+    ("loads of the sketch", "weight along the rod", replacing(scheme, "_weight", lying)),
+    ("a couple turns its way", "magnitudes", replacing(scheme, "loads_at_largest", unsigned)),
     ("text is escaped", "templates that do not escape", replacing(report, "_environment", unescaped)),
     ("nothing is loaded", "a style sheet from elsewhere", replacing(report, "page", linked)),
     (

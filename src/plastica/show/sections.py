@@ -17,6 +17,7 @@ from plastica.show.checks import ledger, origin, promises
 from plastica.show.inputs import admissibility, parameters
 from plastica.show.outlook import ending
 from plastica.show.pictures import gif_uri, still_uri, svg_uri
+from plastica.show.scheme import scheme
 from plastica.show.subject import Section, Subject
 from plastica.show.view import yielding
 from plastica.show.words import how_it_ended, number, pretty
@@ -132,6 +133,7 @@ def meaning(subject: Subject) -> Section:
         "meaning",
         "What this means",
         {
+            "scheme": scheme(subject.seen),
             "dimensionless": subject.seen.dimensionless,
             "segments": model.segments,
             "inertia": model.has_inertia,
