@@ -15,7 +15,7 @@ import plastica as pl
 from plastica.errors import ArgumentError, ScenarioError
 from plastica.study.reading import document_of
 from plastica.study.scenario import read_scenario
-from plastica.study.sweep_axes import Axis
+from plastica.study.sweep_axes import Axis, flattened
 from plastica.study.sweep_members import Members, members_of
 from plastica.study.sweep_reading import _chunk, make_plan
 from tests.commandline import call, scenario, si_scenario, written
@@ -40,6 +40,38 @@ def test_a_list_goes_side_by_side() -> None:
 def test_ranges_are_even_or_in_equal_ratios() -> None:
     made = plan({"load.thrust": {"from": 0.5, "to": 8.0, "count": 5, "spacing": "log"}})
     assert np.abs(values(made)[:, 0] / [0.5, 1.0, 2.0, 4.0, 8.0] - 1.0).max() <= 4e-16
+
+
+def check_whole_ranges() -> None:
+    """Between whole ends, values that are whole make whole numbers, as some keys ask for; others do not."""
+    powers = plan({"load.thrust": {"from": 1, "to": 100_000, "count": 6, "spacing": "log"}}).axes[0]
+    assert (powers.kind, powers.values.tolist()) == ("whole", [1.0, 10.0, 100.0, 1e3, 1e4, 1e5])
+    made = plan({"grid.nodes": {"from": 8, "to": 24, "count": 3}}).axes[0]
+    assert (made.kind, made.values.tolist()) == ("whole", [8.0, 16.0, 24.0])
+    for ends in ((1, 2), (1.0, 3.0)):
+        assert plan({"load.thrust": {"from": ends[0], "to": ends[1], "count": 3}}).axes[0].kind == "number"
+
+
+def test_whole_ranges_are_of_whole_numbers() -> None:
+    check_whole_ranges()
+
+
+CYCLES = 'thrust = { program = "cycles", low = 0.0, high = 2.0, period = 0.5, count = 2 }'
+
+
+def check_words_of_a_range() -> None:
+    """A key of a scenario may be called as a word of a range is: `count` of cycles, one table further in."""
+    assert dict(flattened({"load": {"thrust": {"count": [1, 2, 3]}}})) == {"load.thrust.count": [1, 2, 3]}
+    text = scenario(load=CYCLES) + "[sweep.over]\nload.thrust.count = [1, 2, 3]\n"
+    made = plan(None, text)
+    assert [axis.key for axis in made.axes] == ["load.thrust.count"]
+    assert values(made)[:, 0].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_keys_called_as_the_words_of_a_range() -> None:
+    check_words_of_a_range()
+    with pytest.raises(ScenarioError, match=r"thrust.count'` must be an array of values, or a range"):
+        plan({"load.thrust": {"count": 3}}, scenario(load=CYCLES))
 
 
 def check_latin(members: Members) -> None:

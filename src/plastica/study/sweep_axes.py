@@ -29,7 +29,13 @@ MOST_AXES: Final = 12
 MOST_VALUES: Final = 1_000_000
 """Values of one axis; a file of a scenario holds fewer."""
 
+ROUNDING: Final = 8.0 * float(np.finfo(float).eps)
+"""By how much of itself a value of a range may miss what it should be."""
+
 _RANGE: Final = ("from", "to", "count", "spacing")
+_ENDS: Final = frozenset({"from", "to"})
+"""What tells a range from a table of keys: no key of a scenario is called so, while load programs have a `count`."""
+
 _FIXED: Final = ("specimen", "output")
 
 
@@ -103,7 +109,7 @@ def flattened(over: Mapping[str, Any], path: tuple[str, ...] = ()) -> Iterator[t
     """Yield dotted keys and their values from a table that may be nested (as TOML makes it of dotted keys)."""
     for key, value in over.items():
         here = (*path, str(key))
-        if isinstance(value, Mapping) and not set(value) & set(_RANGE):
+        if isinstance(value, Mapping) and not _ENDS & set(value):
             yield from flattened(value, here)
         else:
             yield ".".join(here), value
@@ -241,7 +247,14 @@ def _range(key: str, given: Mapping[str, Any], *, si: bool, counted: bool) -> Ax
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_VALUES:
         raise ArgumentError(f"must be a whole number from 2 to {MOST_VALUES}", where="count", value=count)
     values = np.linspace(low, high, count) if spacing == "linear" else np.geomspace(low, high, count)
+    if all(isinstance(given[name], int | np.integer) for name in _ENDS) and _all_whole(values):
+        return Axis(key, "whole", "", np.rint(values))
     return Axis(key, "number", unit, values)
+
+
+def _all_whole(values: Array) -> bool:
+    """Whether values between whole ends are whole to rounding, as keys such as `grid.nodes` ask for."""
+    return bool(np.all(np.abs(values - np.rint(values)) <= ROUNDING * np.abs(values)))
 
 
 def _number(value: Any, where: str, *, si: bool) -> tuple[float, str]:
