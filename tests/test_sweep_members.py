@@ -216,6 +216,31 @@ def test_mistakes_are_told(table: dict[str, Any], said: str, tmp_path: Path) -> 
     assert not (tmp_path / "s").exists()
 
 
+WRONG_KEYS = {
+    "load.trust = [1.0]": "line 18: `sweep.over.'load.trust'` is not a known key. Did you mean `thrust`?",
+    'load.thrust = [1.0]\n"load.thrust" = [2.0]': "`sweep.over.'load.thrust'` is varied twice",
+    '"load.thrust" = [1.0]\nload.thrust = [1.0]': "`sweep.over.'load.thrust'` is varied twice",
+    '"load.thrust.value" = [1.0]\nload.thrust = [2.0]': "'load.thrust.value'` is a part of `load.thrust`",
+    "load.thrust = { from = 1.0 }": "`sweep.over.'load.thrust'.to` is missing",
+}
+
+
+def check_keys_before_anything(text: str, folder: Path) -> None:
+    """What is wrong with the keys of a sweep is said by `plastica check` as by `plastica sweep`, and nothing runs."""
+    file = written(folder, scenario() + f"[sweep.over]\n{text}\n")
+    for command in ("check", "sweep"):
+        answer = call(command, file, folder=folder)
+        assert answer.code == 2, answer.out
+        assert "1 mistake\n" in answer.err
+        assert WRONG_KEYS[text] in answer.err
+    assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("text", WRONG_KEYS)
+def test_wrong_keys_are_told_before_anything_runs(text: str, tmp_path: Path) -> None:
+    check_keys_before_anything(text, tmp_path)
+
+
 AMPLITUDES_OF_ANOTHER_KIND: list[Any] = [
     ["50 mm", "60 mm"],
     ["2", "3"],

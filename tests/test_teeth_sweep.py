@@ -25,6 +25,7 @@ from plastica.study import (
     sweep_member,
     sweep_members,
     sweep_plan,
+    sweep_schema,
     sweep_store,
     sweep_tasks,
 )
@@ -70,6 +71,9 @@ def latin(_: Path) -> None:
     test_sweep_members.check_latin(members)
 
 
+MISSPELT = "load.trust = [1.0]"
+TWICE = 'load.thrust = [1.0]\n"load.thrust" = [2.0]'
+
 CHECKS: dict[str, Check] = {
     "a missing variable is mended": damaged("a variable is missing"),
     "a turned bit is mended": damaged("a bit is turned"),
@@ -87,6 +91,8 @@ CHECKS: dict[str, Check] = {
     "amplitudes are numbers": lambda _: test_sweep_members.check_amplitudes(["big", "small"]),
     "whole ranges are whole": lambda _: test_sweep_members.check_whole_ranges(),
     "a count is no range": lambda _: test_sweep_members.check_words_of_a_range(),
+    "misspelt keys are told": lambda folder: test_sweep_members.check_keys_before_anything(MISSPELT, folder),
+    "a key is varied once": lambda folder: test_sweep_members.check_keys_before_anything(TWICE, folder),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -195,6 +201,10 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "no range is whole": replacing(sweep_axes, "_all_whole", lambda _: lambda values: False),
     "every range is whole": replacing(sweep_axes, "_all_whole", lambda _: lambda values: True),
     "any word makes a range": replacing(sweep_axes, "_ENDS", lambda _: frozenset(sweep_axes._RANGE)),
+    "keys read by the sweep alone": replacing(sweep_schema, "read_axes", lambda _: lambda *given, **words: None),
+    "the first of two keys": replacing(
+        sweep_axes, "flattened", lambda sound: lambda *given: iter(dict(sound(*given)).items())
+    ),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -243,6 +253,8 @@ TEETH = [
     ("whole ranges are whole", "no range is whole"),
     ("whole ranges are whole", "every range is whole"),
     ("a count is no range", "any word makes a range"),
+    ("misspelt keys are told", "keys read by the sweep alone"),
+    ("a key is varied once", "the first of two keys"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -14,11 +14,10 @@ from plastica.errors import ArgumentError
 from plastica.physics.scales import KINDS
 from plastica.study import fields, schema
 from plastica.study.problems import Problems
-from plastica.study.tokens import KeyPath
 from plastica.study.toml import toml_value
 from plastica.units import DIMENSIONLESS, dimension_of, dimension_text, looks_like_quantity, parse_quantity
 
-__all__ = ["AMPLITUDE", "MOST_AXES", "MOST_VALUES", "Axis", "column", "flattened", "read_axis"]
+__all__ = ["AMPLITUDE", "MOST_AXES", "MOST_VALUES", "Axis", "check_keys", "column", "flattened", "read_axes"]
 
 Array = NDArray[np.float64]
 
@@ -115,15 +114,13 @@ def flattened(over: Mapping[str, Any], path: tuple[str, ...] = ()) -> Iterator[t
             yield ".".join(here), value
 
 
-def read_axis(key: str, value: Any, problems: Problems, *, si: bool, counted: bool) -> Axis | None:
-    """Read what one key is varied over.
+def read_axes(over: Mapping[str, Any], problems: Problems, *, si: bool, counted: bool) -> list[Axis]:
+    """Read what is varied.
 
     Parameters
     ----------
-    key : str
-        The dotted key.
-    value : object
-        An array of values, or a range { from, to, count, spacing }.
+    over : mapping
+        From dotted keys, or tables of keys, each to an array of values, or to a range { from, to, count, spacing }.
     problems : Problems
         Takes the mistakes.
     si : bool
@@ -133,14 +130,30 @@ def read_axis(key: str, value: Any, problems: Problems, *, si: bool, counted: bo
 
     Returns
     -------
-    Axis or None
-        None, and problems, where there are mistakes.
+    list of Axis
+        Without those that have mistakes.
     """
-    path: KeyPath = ("sweep", "over", key)
-    wrong = _unknown(key)
-    if wrong:
-        problems.add(path, wrong)
-        return None
+    given = list(flattened(over))
+    check_keys([key for key, _ in given], problems)
+    axes = [_axis(key, value, problems, si=si, counted=counted) for key, value in given if not _unknown(key)]
+    return [axis for axis in axes if axis is not None]
+
+
+def check_keys(keys: Sequence[str], problems: Problems) -> None:
+    """Refuse keys that lead to nothing in a scenario, and those that would be varied twice."""
+    for key in keys:
+        whole = next((other for other in keys if key.startswith(f"{other}.")), None)
+        wrong = _unknown(key)
+        if wrong:
+            problems.add(("sweep", "over", key), wrong)
+        elif keys.count(key) > 1:
+            problems.add(("sweep", "over", key), "is varied twice: it stands there in quotes and without. Remove one.")
+        elif whole is not None:
+            problems.add(("sweep", "over", key), f"is a part of `{whole}`, which is varied as well. Remove one.")
+
+
+def _axis(key: str, value: Any, problems: Problems, *, si: bool, counted: bool) -> Axis | None:
+    """Read what one key is varied over; None, and problems, where there are mistakes."""
     with problems.at("sweep", "over", key):
         if isinstance(value, Mapping):
             return _range(key, value, si=si, counted=counted)

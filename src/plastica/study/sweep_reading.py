@@ -16,10 +16,10 @@ from plastica.study.fields import given as in_toml
 from plastica.study.problems import Problems
 from plastica.study.reading import Document
 from plastica.study.scenario import Scenario, scenario_of
-from plastica.study.sweep_axes import AMPLITUDE, Axis, flattened, read_axis
+from plastica.study.sweep_axes import AMPLITUDE, check_keys, flattened, read_axes
 from plastica.study.sweep_members import Members, members_of, read_columns
 from plastica.study.sweep_plan import Plan
-from plastica.study.sweep_schema import Sweep, check_table
+from plastica.study.sweep_schema import Sweep, check_table, is_drawn
 from plastica.study.sweep_trial import refused
 from plastica.study.sweep_versions import NOT_THERE
 
@@ -96,22 +96,16 @@ def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _members(section: Sweep, folder: Path, problems: Problems, *, si: bool) -> Members | None:
-    counted = section.sampling in ("grid", "list")
     if section.sampling == "csv":
         with problems.at("sweep", "csv"):
-            axes: list[Axis | None] = [*read_columns(inside(folder, str(section.csv)), si=si)]
-            for axis in axes:
-                if axis is not None:
-                    read_axis(axis.key, [0.0], problems, si=False, counted=True)
-            return members_of([axis for axis in axes if axis is not None], "csv", None, 0)
+            axes = read_columns(inside(folder, str(section.csv)), si=si)
+            check_keys([axis.key for axis in axes], problems)
+            return members_of(axes, "csv", None, 0)
         return None
-    axes = [
-        read_axis(key, value, problems, si=si, counted=counted) for key, value in flattened(section.over)
-    ]
+    found = read_axes(section.over, problems, si=si, counted=not is_drawn(section.sampling))
     if problems.within("sweep"):
         return None
     with problems.at("sweep"):
-        found = [axis for axis in axes if axis is not None]
         return members_of(found, section.sampling, section.members, section.seed)
     return None
 

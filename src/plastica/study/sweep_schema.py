@@ -9,8 +9,9 @@ from pydantic import Field
 
 from plastica.study import fields, schema
 from plastica.study.problems import Problems
+from plastica.study.sweep_axes import read_axes
 
-__all__ = ["OUTPUTS", "SAMPLINGS", "Sweep", "check_table"]
+__all__ = ["OUTPUTS", "SAMPLINGS", "Sweep", "check_table", "is_drawn"]
 
 SAMPLINGS: Final = ("grid", "list", "latin-hypercube", "random", "csv")
 """How members are made of the values swept over."""
@@ -48,7 +49,7 @@ def check_table(value: object, problems: Problems, *, si: bool) -> Sweep | None:
     made = schema.validate(Sweep, value, ("sweep",), problems, si=si)
     if made is None:
         return None
-    _check_over(made.over, made.sampling, problems)
+    _check_over(made, problems, si=si)
     _check_numbers(made, problems)
     for i, name in enumerate(made.outputs):
         if name not in OUTPUTS:
@@ -61,17 +62,25 @@ def check_table(value: object, problems: Problems, *, si: bool) -> Sweep | None:
     return made
 
 
-def _check_over(over: object, sampling: str, problems: Problems) -> None:
+def _check_over(made: Sweep, problems: Problems, *, si: bool) -> None:
+    over, sampling = made.over, made.sampling
     if not isinstance(over, Mapping):
         problems.add(("sweep", "over"), f"must be a table of keys and their values, but is {fields.given(over)}.")
     elif not over and sampling != "csv":
         problems.add(("sweep", "over"), 'must name what is varied. For example: "load.thrust" = [1.0, 2.0].')
     elif over and sampling == "csv":
         problems.add(("sweep", "over"), 'cannot stand beside sampling = "csv", whose columns name what is varied.')
+    else:
+        read_axes(over, problems, si=si, counted=not is_drawn(sampling))
+
+
+def is_drawn(sampling: str) -> bool:
+    """Whether members are drawn from ranges, as many as are asked for."""
+    return sampling in ("latin-hypercube", "random")
 
 
 def _check_numbers(made: Sweep, problems: Problems) -> None:
-    drawn = made.sampling in ("latin-hypercube", "random")
+    drawn = is_drawn(made.sampling)
     if drawn and made.members is None:
         problems.add(("sweep", "members"), f'is missing: sampling = "{made.sampling}" needs their number.')
     if not drawn and made.members is not None:
