@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plastica.motion.solution import Solution
-from plastica.show.film import Reel, reel
 from plastica.show.view import View, view
 from plastica.show.words import Writer
+
+if TYPE_CHECKING:
+    from plastica.show.film import Reel
 
 __all__ = ["Section", "Subject"]
 
@@ -42,6 +44,9 @@ class Subject:
         """The film of the page; None where none is wanted, or nothing moves."""
         if self.film_seconds == 0.0 or self.seen.t.size == 1:
             return None
+        # What only tells of a result draws nothing, and does not wait for what draws.
+        from plastica.show.film import reel
+
         return self.drawn or reel(self.solution, self.film_seconds)
 
     @property
