@@ -6,14 +6,19 @@ import io
 import os
 import subprocess
 import sys
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 import plastica as pl
 from plastica.doors import progress
+from plastica.doors import sweep as sweeps
 from plastica.doors.numbers import clean
 from plastica.motion.solve import Progress
+from plastica.study.sweep import Progress as Far
 from tests.commandline import call, scenario, si_scenario, written
 
 
@@ -86,25 +91,64 @@ class Terminal(io.StringIO):
         return True
 
 
+def watched(patch: pytest.MonkeyPatch) -> Terminal:
+    """The terminal that standard error is from now on."""
+    screen = Terminal()
+    patch.setattr(sys, "stderr", screen)
+    patch.setenv("COLUMNS", "120")
+    patch.setenv("TERM", "xterm")
+    return screen
+
+
 @pytest.mark.parametrize(("yielding", "word"), [(True, "yielding"), (False, "frozen")])
 def test_long_runs_show_where_they_are(yielding: bool, word: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    screen = Terminal()
-    monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setenv("COLUMNS", "120")
-    with progress.Meter(wanted=True, si=True) as meter:
-        meter(Progress(60.0, 7200.0, 10, yielding, 0.5))
+    screen = watched(monkeypatch)
+    with progress.meter(wanted=True, si=True) as tell:
+        tell(Progress(60.0, 7200.0, 10, yielding, 0.5))
         assert screen.getvalue() == ""
-        meter(Progress(3600.0, 7200.0, 1234, yielding, 1.5))
+        monkeypatch.setattr(progress, "PATIENCE", 0.0)
+        tell(Progress(3600.0, 7200.0, 1234, yielding, 1.5))
     shown = screen.getvalue()
     assert "t = 60 min of 2 h, 1234 steps, " in shown
     assert word in shown
 
 
+def test_long_charts_and_sweeps_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = watched(monkeypatch)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    with progress.counter(wanted=True, words="thrusts") as tell:
+        tell(3, 40)
+    assert "3 of 40 thrusts" in screen.getvalue()
+    with sweeps._meter(wanted=True) as count:
+        count(Far(members=8, of=100, failed=0, rate=4.0, left=23.0))
+    assert "8 of 100 members, 4 a second, 23 s left" in screen.getvalue()
+
+
+def check_bar_is_gone(patch: pytest.MonkeyPatch) -> None:
+    """Where something goes wrong under way the bar ends too: nothing goes on drawing it, and the cursor is back."""
+    screen, before = watched(patch), threading.active_count()
+    patch.setattr(progress, "PATIENCE", 0.0)
+    with suppress(KeyboardInterrupt), progress.counter(wanted=True, words="thrusts") as tell:
+        tell(3, 40)
+        assert threading.active_count() > before
+        raise KeyboardInterrupt
+    assert screen.getvalue().rfind("\x1b[?25h") > screen.getvalue().rfind("\x1b[?25l") >= 0
+    end = time.monotonic() + 20.0
+    while threading.active_count() > before:
+        assert time.monotonic() < end, "something goes on drawing the bar"
+        time.sleep(0.01)
+
+
+def test_the_bar_goes_with_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    check_bar_is_gone(monkeypatch)
+
+
 def test_no_meter_without_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
     for screen, wanted in ((io.StringIO(), True), (Terminal(), False)):
         monkeypatch.setattr(sys, "stderr", screen)
-        with progress.Meter(wanted=wanted, si=True) as meter:
-            meter(Progress(3600.0, None, 1234, True, 1.5))
+        with progress.meter(wanted=wanted, si=True) as tell:
+            tell(Progress(3600.0, None, 1234, True, 1.5))
         assert screen.getvalue() == ""
 
 

@@ -163,12 +163,12 @@ def capacity(
     from plastica.charts.capacity import capacity as chart
     from plastica.doors.facts import capacity_facts
     from plastica.doors.held import held
-    from plastica.doors.progress import Counter
+    from plastica.doors.progress import counter
 
     rod = held(scenario, None, None)
     thrusts = rod.thrusts(gamma, thrust, count)
-    with Counter(wanted=not as_json, words="thrusts") as counter:
-        found = chart(rod.material, thrusts, imperfection, specimen=rod.specimen, progress=counter)
+    with counter(wanted=not as_json, words="thrusts") as tell:
+        found = chart(rod.material, thrusts, imperfection, specimen=rod.specimen, progress=tell)
     return _told(capacity_facts(rod, found), "print_capacity", found, as_json, picture)
 
 

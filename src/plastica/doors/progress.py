@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from types import TracebackType
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
 
 from plastica.doors.numbers import shown
 
@@ -14,71 +15,63 @@ if TYPE_CHECKING:
 
     from plastica.motion.solve import Progress
 
-__all__ = ["Counter", "Meter"]
+__all__ = ["bar", "counter", "meter"]
 
-PATIENCE = 1.0
+PATIENCE: Final = 1.0
 
 
-class Meter:
-    """Shows a `Progress` now and then, if there is a terminal to show it on; used in a `with` statement."""
+@contextmanager
+def bar(*, wanted: bool) -> Iterator[Callable[[float, float | None, str], None]]:
+    """Give a function that shows how much is done, of how much (None: nobody knows), and words.
 
-    def __init__(self, *, wanted: bool, si: bool) -> None:
-        self.wanted, self.unit = wanted and sys.stderr.isatty(), "s" if si else ""
-        self._bar: Bar | None = None
-        self._task = 0
+    It shows nothing within the first second, or where there is no terminal to show it on. In the end the bar is gone.
+    """
+    began, watched = time.perf_counter(), wanted and sys.stderr.isatty()
+    running: Bar | None = None
 
-    def __enter__(self) -> Meter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
-
-    def __call__(self, now: Progress) -> None:
-        """Show where the run has got to, once it has taken a second."""
-        if not self.wanted or now.wall < PATIENCE:
+    def show(done: float, every: float | None, words: str) -> None:
+        nonlocal running
+        if not watched or time.perf_counter() - began < PATIENCE:
             return
-        if self._bar is None:
-            self._bar = _bar(now.until)
-        until = "" if now.until is None else f" of {shown(now.until, self.unit)}"
-        words = f"t = {shown(now.t, self.unit)}{until}, {now.steps} steps, {'yielding' if now.yielding else 'frozen'}"
-        self._bar.update(self._bar.task_ids[0], completed=now.t, description=words)
+        if running is None:
+            running = _started(every)
+        running.update(running.task_ids[0], completed=done, description=words)
+
+    try:
+        yield show
+    finally:
+        if running is not None:
+            running.stop()
 
 
-class Counter:
-    """Shows how many of a known number are done, if there is a terminal to show it on; used in a `with` statement."""
+@contextmanager
+def meter(*, wanted: bool, si: bool) -> Iterator[Callable[[Progress], None]]:
+    """Give a function that shows where a run has got to."""
+    unit = "s" if si else ""
+    with bar(wanted=wanted) as show:
 
-    def __init__(self, *, wanted: bool, words: str) -> None:
-        self.wanted, self.words, self.began = wanted and sys.stderr.isatty(), words, time.perf_counter()
-        self._bar: Bar | None = None
+        def tell(now: Progress) -> None:
+            until = "" if now.until is None else f" of {shown(now.until, unit)}"
+            state = "yielding" if now.yielding else "frozen"
+            show(now.t, now.until, f"t = {shown(now.t, unit)}{until}, {now.steps} steps, {state}")
 
-    def __enter__(self) -> Counter:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
-
-    def __call__(self, done: int, every: int) -> None:
-        """Show how many are done, once it has taken a second."""
-        if not self.wanted or time.perf_counter() - self.began < PATIENCE:
-            return
-        if self._bar is None:
-            self._bar = _bar(every)
-        self._bar.update(self._bar.task_ids[0], completed=done, description=f"{done} of {every} {self.words}")
+        yield tell
 
 
-def _bar(total: float | None) -> Bar:
+@contextmanager
+def counter(*, wanted: bool, words: str) -> Iterator[Callable[[int, int], None]]:
+    """Give a function that shows how many of a known number are done."""
+    with bar(wanted=wanted) as show:
+        yield lambda done, every: show(done, every, f"{done} of {every} {words}")
+
+
+def _started(total: float | None) -> Bar:
     """A running bar on standard error that is gone in the end."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.add_task("", total=total)
-    bar.start()
-    return bar
+    made = Progress(*columns, console=Console(stderr=True), transient=True)
+    made.add_task("", total=total)
+    made.start()
+    return made

@@ -84,15 +84,15 @@ def single(file: Path, options: Options) -> Ran:
     PlasticaError
         Where the scenario has mistakes.
     """
-    from plastica.doors.progress import Meter
+    from plastica.doors.progress import meter
     from plastica.study.run import default_folder, run_scenario
     from plastica.study.scenario import read_scenario
 
     began = time.perf_counter()
     scenario = read_scenario(file)
     folder = default_folder(file) if options.output is None else options.output
-    with Meter(wanted=not options.quiet, si=scenario.model.specimen is not None) as meter:
-        finished = run_scenario(scenario, folder, resume=options.resume, progress=meter)
+    with meter(wanted=not options.quiet, si=scenario.model.specimen is not None) as tell:
+        finished = run_scenario(scenario, folder, resume=options.resume, progress=tell)
     files = (*finished.files, *_pictures(finished, folder, options))
     status = finished.solution.status
     message = "" if status.ok else f"{file}: {status}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -110,8 +112,8 @@ def _computed(store: Store, engine: tuple[str, int | None, str | None], *, quiet
 
     name, workers, scheduler = engine
     try:
-        with _Meter(wanted=not quiet) as meter:
-            compute_missing(store, name, workers, scheduler, meter)
+        with _meter(wanted=not quiet) as tell:
+            compute_missing(store, name, workers, scheduler, tell)
     except KeyboardInterrupt:
         say("interrupted; what is done is kept. To go on from there, give the same command again")
         return INTERRUPTED
@@ -121,34 +123,27 @@ def _computed(store: Store, engine: tuple[str, int | None, str | None], *, quiet
     return DONE
 
 
-class _Meter:
-    """Shows how far a sweep is: a bar on a terminal, else a line now and then."""
+@contextmanager
+def _meter(*, wanted: bool) -> Iterator[Callable[[Progress], None]]:
+    """Give a function that shows how far a sweep is: by a bar on a terminal, else by a line now and then."""
+    from plastica.doors.progress import bar
+    from plastica.study.sweep_estimate import duration
 
-    def __init__(self, *, wanted: bool) -> None:
-        self.wanted, self.terminal = wanted, sys.stderr.isatty()
-        self.said = time.perf_counter()
-        self._counter: Any = None
+    terminal, said, waited = sys.stderr.isatty(), time.perf_counter(), ""
+    with bar(wanted=wanted) as show:
 
-    def __enter__(self) -> _Meter:
-        from plastica.doors.progress import Counter
+        def tell(now: Progress) -> None:
+            nonlocal said, waited
+            left = f", {duration(now.left)} left" if now.left == now.left else ""
+            pace = f"waiting for {now.waiting}" if now.waiting else f"{now.rate:.3g} a second{left}"
+            words, before, waited = f"{now.members} of {now.of} members, {pace}", waited, now.waiting
+            if terminal:
+                show(now.members, now.of, words)
+            elif wanted and (time.perf_counter() - said > SAID_EVERY or waited not in ("", before)):
+                said = time.perf_counter()
+                say(words)
 
-        self._counter = Counter(wanted=self.wanted, words="members")
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._counter.__exit__(None, None, None)
-
-    def __call__(self, now: Progress) -> None:
-        from plastica.study.sweep_estimate import duration
-
-        left = f", {duration(now.left)} left" if now.left == now.left else ""
-        words = f"members, {now.rate:.3g} a second{left}"
-        if self.terminal:
-            self._counter.words = words
-            self._counter(now.members, now.of)
-        elif self.wanted and time.perf_counter() - self.said > SAID_EVERY:
-            self.said = time.perf_counter()
-            say(f"{now.members} of {now.of} {words}")
+        yield tell
 
 
 def _estimated(plan: Plan, workers: int | None, as_json: bool) -> int:
