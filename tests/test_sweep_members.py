@@ -186,6 +186,7 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"over": {"load.thrust": [1.0]}, "outputs": ["histories"]}, "needs times at which to look"),
     ({"over": {"load.thrust": [1.0]}, "outputs": ["histories"], "times": [1.0, 9.0]}, "increase within [0, 2]"),
     ({"over": {"load.thrust": [1.0]}, "chunk": 0}, "must be at least 1"),
+    ({"over": {"load.thrust": [1.0]}, "chunk": 10**15}, "`sweep.chunk` must be at most 1000000 members"),
     ({"over": {"load.thrust": [1.0]}, "csv": "a.csv"}, 'belongs to sampling = "csv"'),
     ({"over": {"load.thrust": [1.0]}, "seed": -1}, "must not be negative"),
     ({"sampling": "csv", "csv": "../a.csv"}, "must name a file in the folder"),
@@ -201,6 +202,18 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
         "must come to at most 2000000000 members",
     ),
 ]
+
+
+def check_chunk_is_bounded() -> None:
+    """A task of more members than fit into memory is refused; one of the most members that are allowed is not."""
+    over = {"load.thrust": {"from": 0.5, "to": 3.0}}
+    assert plan(over, sampling="random", members=3, chunk=10**6).chunk == 10**6
+    with pytest.raises(ScenarioError, match="`sweep.chunk` must be at most 1000000 members, but is 1000001"):
+        plan(over, sampling="random", members=3, chunk=10**6 + 1)
+
+
+def test_the_size_of_a_chunk_is_bounded() -> None:
+    check_chunk_is_bounded()
 
 
 @pytest.mark.parametrize(("table", "said"), MISTAKES, ids=[said[:40] for _, said in MISTAKES])

@@ -17,7 +17,7 @@ from plastica.numerics.arrays import Arrays
 from plastica.numerics.block import Block
 from plastica.physics import batch
 from plastica.physics.batch import Struts
-from tests import test_many, test_stepper
+from tests import test_many, test_many_asked, test_stepper
 
 Patch = pytest.MonkeyPatch
 Defect = Callable[[Patch], None]
@@ -123,6 +123,10 @@ def _reading(name: str, change: Callable[[Any], Any]) -> Defect:
 
 
 DEFECTS: dict[str, tuple[Defect, Callable[[], None]]] = {
+    "booleans taken for numbers": (
+        _changed(members, "_real", lambda _: lambda given: np.asarray(given, dtype=float)),
+        lambda: test_many_asked.check_refused("booleans"),
+    ),
     "a digit of a weight": (
         _digit("B", lambda sound: {**sound, 7: sound[7] + 1e-9}),
         test_stepper.check_coefficients,

@@ -93,6 +93,7 @@ CHECKS: dict[str, Check] = {
     "a count is no range": lambda _: test_sweep_members.check_words_of_a_range(),
     "misspelt keys are told": lambda folder: test_sweep_members.check_keys_before_anything(MISSPELT, folder),
     "a key is varied once": lambda folder: test_sweep_members.check_keys_before_anything(TWICE, folder),
+    "chunks are bounded": lambda _: test_sweep_members.check_chunk_is_bounded(),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -205,6 +206,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "the first of two keys": replacing(
         sweep_axes, "flattened", lambda sound: lambda *given: iter(dict(sound(*given)).items())
     ),
+    "chunks of any size": lambda patch: patch.setattr(sweep_schema, "MOST_IN_A_CHUNK", 10**15),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -255,6 +257,7 @@ TEETH = [
     ("a count is no range", "any word makes a range"),
     ("misspelt keys are told", "keys read by the sweep alone"),
     ("a key is varied once", "the first of two keys"),
+    ("chunks are bounded", "chunks of any size"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),

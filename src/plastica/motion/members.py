@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -161,13 +161,23 @@ def _numbers(given: Any, where: str, unit: str, strut: Strut, counts: dict[str, 
 
 
 def _array(given: Any, where: str) -> Array:
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError("must be a number, or one for each member", where=where, value=given) from None
+    values = _real(given)
+    if values is None:
+        raise ArgumentError("must be a number, or one for each member", where=where, value=given)
     if values.ndim != 1 or values.size == 0:
         raise ArgumentError("must be a number, or one for each member", where=where, value=values.shape)
     return values
+
+
+def _real(given: Any) -> Array | None:
+    """Real numbers as floats; None for anything else, where NumPy would cut complex numbers and count booleans."""
+    if isinstance(given, (list, tuple)) and any(isinstance(each, (bool, np.bool_)) for each in given):
+        return None
+    try:
+        values = np.asarray(given)
+        return values.astype(float) if values.dtype.kind in "iufO" else None
+    except (TypeError, ValueError):
+        return None
 
 
 def _check_finite(values: Array, where: str) -> None:
@@ -235,10 +245,10 @@ def _shapes(
 
 
 def _nodal(strut: Strut, given: NDArray[Any], counts: dict[str, int]) -> Array:
-    try:
-        values = given.astype(float) * strut.scales.length
-    except (TypeError, ValueError):
-        raise ArgumentError("must be numbers", where="curvature", value=given) from None
+    real = _real(given)
+    if real is None:
+        raise ArgumentError("must be numbers", where="curvature", value=given)
+    values = real * strut.scales.length
     n = strut.grid.size
     if values.shape[1] not in (1, n) or values.shape[0] == 0:
         rule = f"must have one value, or one for each of {n} nodes, for each member"
@@ -291,12 +301,12 @@ def _thrusts(
 ) -> tuple[tuple[Program, ...], NDArray[np.intp], Array]:
     """The different programs, which of them each member follows, and its factor."""
     gain = np.ones(1) if factor is None else _numbers(factor, "thrust_factor", "1", strut, counts)
-    given = _host(given)
+    given = plain(_host(given))
     which = np.zeros(1, dtype=np.intp)
     thrusts: tuple[Program, ...]
     if given is None or _is_one(given):
         thrusts = (strut.load.thrust if given is None else replace(strut.load, thrust=given).thrust,)
-    elif any(isinstance(each, (str, Program)) for each in given):
+    elif _has_programs(given):
         read = {each: replace(strut.load, thrust=each).thrust for each in _different(given)}
         number = {program: i for i, program in enumerate(dict.fromkeys(read.values()))}
         thrusts, which = tuple(number), np.array([number[read[each]] for each in given], dtype=np.intp)
@@ -312,6 +322,10 @@ def _thrusts(
         if greatest > 0.0:
             strut.with_load(replace(strut.load, thrust=program.multiplied(greatest)))
     return thrusts, which, gain
+
+
+def _has_programs(given: Any) -> bool:
+    return isinstance(given, Iterable) and any(isinstance(each, (str, Program)) for each in given)
 
 
 def _different(given: Sequence[Any]) -> Sequence[Any]:

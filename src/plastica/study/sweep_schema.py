@@ -20,6 +20,10 @@ OUTPUTS: Final = ("final", "verdict", "limit", "state", "histories")
 """What can be kept of every member."""
 
 
+MOST_IN_A_CHUNK: Final = 1_000_000
+"""Members of one task: all that they keep is in memory at once."""
+
+
 class Sweep(schema.Section):
     """What to vary, how, and what to keep."""
 
@@ -92,5 +96,8 @@ def _check_numbers(made: Sweep, problems: Problems) -> None:
         number = getattr(made, name)
         if number is not None and number < 1:
             problems.add(("sweep", name), f"must be at least 1, but is {number}.")
+    if made.chunk is not None and made.chunk > MOST_IN_A_CHUNK:
+        rule = f"must be at most {MOST_IN_A_CHUNK} members, but is {made.chunk}. Leave it out to have it chosen."
+        problems.add(("sweep", "chunk"), rule)
     if made.seed < 0:
         problems.add(("sweep", "seed"), f"must not be negative, but is {made.seed}.")
