@@ -12,12 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import plastica as pl
-from plastica.errors import ArgumentError, ScenarioError
+from plastica.errors import ArgumentError, FileError, ScenarioError
 from plastica.study.reading import document_of
 from plastica.study.scenario import read_scenario
+from plastica.study.sweep import plan_of
 from plastica.study.sweep_axes import Axis, flattened
+from plastica.study.sweep_create import create
 from plastica.study.sweep_members import Members, members_of
 from plastica.study.sweep_reading import _chunk, make_plan
+from plastica.study.sweep_store import open_store
 from tests.commandline import call, scenario, si_scenario, written
 from tests.swept import plan, values
 
@@ -208,7 +211,7 @@ def check_chunk_is_bounded() -> None:
     """A task of more members than fit into memory is refused; one of the most members that are allowed is not."""
     over = {"load.thrust": {"from": 0.5, "to": 3.0}}
     assert plan(over, sampling="random", members=3, chunk=10**6).chunk == 10**6
-    with pytest.raises(ScenarioError, match="`sweep.chunk` must be at most 1000000 members, but is 1000001"):
+    with pytest.raises(ScenarioError, match=r"`sweep\.chunk` must be at most 1000000 members, but is 1000001"):
         plan(over, sampling="random", members=3, chunk=10**6 + 1)
 
 
@@ -311,6 +314,48 @@ def test_a_scenario_may_be_a_path_a_text_or_read(tmp_path: Path) -> None:
     assert len(set(plans)) == 1
     with pytest.raises(ArgumentError, match="must be the path or the text of a scenario"):
         pl.sweep(3, {"load.thrust": [1.0]}, workers=0)  # type: ignore[arg-type]
+
+
+def check_paths_with_equals(folder: Path) -> None:
+    """A name with "=" in it is a path, and one that leads to nothing is told as a file; text has more than one line."""
+    file = written(folder, scenario(), "k=1.toml")
+    assert plan_of(str(file), {"over": {"load.thrust": [1.0]}}).document.file == file
+    with pytest.raises(FileError, match=r"k=2\.toml"):
+        plan_of(str(folder / "k=2.toml"), {"over": {"load.thrust": [1.0]}})
+
+
+def test_a_path_may_have_an_equals_sign(tmp_path: Path) -> None:
+    check_paths_with_equals(tmp_path)
+
+
+DRAWN = '[sweep]\nsampling = "latin-hypercube"\nmembers = 7\nover.load.thrust = { from = 0.5, to = 2.0 }\n'
+FROM_FILE = '[sweep]\nsampling = "csv"\ncsv = "members.csv"\n'
+
+
+def check_another_sampling(folder: Path) -> None:
+    """Where the call takes another sampling, what belongs to the file's gives way, in the store too."""
+    (folder / "members.csv").write_text("load.thrust\n1.5\n2.5\n", encoding="utf-8")
+    drawn, listed = (written(folder, scenario() + text, f"{i}.toml") for i, text in enumerate((DRAWN, FROM_FILE)))
+    over = {"load.thrust": [1.0, 2.0]}
+    for file, asked, count in (
+        (drawn, {"sampling": "grid", "over": over}, 2),
+        (drawn, {"sampling": "csv", "csv": "members.csv"}, 2),
+        (drawn, {"sampling": "random"}, 7),
+        (listed, {"sampling": "list", "over": over}, 2),
+        (listed, {"sampling": "random", "over": {"load.thrust": {"from": 1.0, "to": 2.0}}, "members": 4}, 4),
+    ):
+        made = plan_of(file, asked)
+        assert made.count == count
+        store = create(folder / f"{made.identity[:8]}.sweep", made)
+        again = open_store(store.folder).plan
+        assert np.array_equal(values(again), values(made))
+        assert {**again.table, "chunk": None} == {**made.table, "chunk": None}
+
+
+def test_another_sampling_takes_the_place_of_the_files(tmp_path: Path) -> None:
+    check_another_sampling(tmp_path)
+    with pytest.raises(ScenarioError, match="belongs to drawn members"):
+        plan_of(tmp_path / "0.toml", {"sampling": "grid", "over": {"load.thrust": [1.0]}, "members": 3})
 
 
 def test_the_number_of_chunks_stays_bounded() -> None:

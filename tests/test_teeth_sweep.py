@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from plastica.errors import PlasticaError
 from plastica.physics.initial import Shape
 from plastica.show import regimes
 from plastica.study import (
+    sweep,
     sweep_aside,
     sweep_axes,
     sweep_batch,
@@ -25,10 +27,12 @@ from plastica.study import (
     sweep_member,
     sweep_members,
     sweep_plan,
+    sweep_reading,
     sweep_schema,
     sweep_store,
     sweep_tasks,
 )
+from plastica.study.reading import document_of
 from plastica.study.sweep_store import Store
 from tests import (
     test_sweep,
@@ -71,6 +75,18 @@ def latin(_: Path) -> None:
     test_sweep_members.check_latin(members)
 
 
+def accepted(check: Check) -> Check:
+    """A check that fails where what should be accepted is refused."""
+
+    def checked(folder: Path) -> None:
+        try:
+            check(folder)
+        except PlasticaError as error:
+            pytest.fail(f"refused: {error}")
+
+    return checked
+
+
 MISSPELT = "load.trust = [1.0]"
 TWICE = 'load.thrust = [1.0]\n"load.thrust" = [2.0]'
 
@@ -94,6 +110,8 @@ CHECKS: dict[str, Check] = {
     "misspelt keys are told": lambda folder: test_sweep_members.check_keys_before_anything(MISSPELT, folder),
     "a key is varied once": lambda folder: test_sweep_members.check_keys_before_anything(TWICE, folder),
     "chunks are bounded": lambda _: test_sweep_members.check_chunk_is_bounded(),
+    "another sampling gives way": accepted(test_sweep_members.check_another_sampling),
+    "a name may have an equals sign": accepted(test_sweep_members.check_paths_with_equals),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -140,6 +158,10 @@ def no_chunk_given_back(sound: Any) -> Any:
 def moved_only(sound: Any) -> Any:
     """What has not moved yet counts as sprung back."""
     return lambda moved, drive, relaxed, threshold: sound(moved, 0.0 * drive, 0.0 * relaxed, threshold)
+
+
+def texts_by_equals(sound: Any) -> Any:
+    return lambda given: document_of(given, "scenario.toml") if "=" in str(given) else sound(given)
 
 
 def spoil_existence(patch: Patch) -> None:
@@ -207,6 +229,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         sweep_axes, "flattened", lambda sound: lambda *given: iter(dict(sound(*given)).items())
     ),
     "chunks of any size": lambda patch: patch.setattr(sweep_schema, "MOST_IN_A_CHUNK", 10**15),
+    "what belongs to another sampling stays": replacing(sweep_reading, "_left", lambda _: lambda own, sampling: own),
+    "an equals sign makes a text": replacing(sweep, "_document", texts_by_equals),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -258,6 +282,8 @@ TEETH = [
     ("misspelt keys are told", "keys read by the sweep alone"),
     ("a key is varied once", "the first of two keys"),
     ("chunks are bounded", "chunks of any size"),
+    ("another sampling gives way", "what belongs to another sampling stays"),
+    ("a name may have an equals sign", "an equals sign makes a text"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),

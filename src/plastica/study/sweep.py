@@ -189,7 +189,7 @@ def plan_of(scenario: Given, given: Mapping[str, Any]) -> Plan:
 def _document(scenario: Given) -> Document:
     if isinstance(scenario, Scenario):
         return document_of(scenario.text, scenario.file)
-    if isinstance(scenario, str) and ("\n" in scenario or "=" in scenario):
+    if isinstance(scenario, str) and "\n" in scenario:
         return document_of(scenario, "scenario.toml")
     if isinstance(scenario, (str, Path)):
         return read_document(scenario)

@@ -53,7 +53,8 @@ def make_plan(document: Document, given: Mapping[str, Any], *, checked: bool = T
     PlasticaError
         Where the scenario itself cannot be used.
     """
-    table = _plain({**_own(document), **{name: value for name, value in given.items() if value is not None}})
+    asked = {name: value for name, value in given.items() if value is not None}
+    table = _plain({**_left(_own(document), asked.get("sampling")), **asked})
     document = replace(document, data={key: value for key, value in document.data.items() if key != "sweep"})
     base, problems = scenario_of(document), Problems(document)
     si = base.model.specimen is not None
@@ -80,6 +81,12 @@ def _own(document: Document) -> dict[str, Any]:
     if not isinstance(own, dict):
         raise ScenarioError(str(document.file), (f"`sweep` must be a table, but is {in_toml(own)}.",))
     return own
+
+
+def _left(own: Mapping[str, Any], sampling: object) -> dict[str, Any]:
+    """What the file says, without what belongs to another sampling than the one given in place of the file's."""
+    belongs = {"over": sampling != "csv", "csv": sampling == "csv", "members": is_drawn(str(sampling))}
+    return {name: value for name, value in own.items() if sampling is None or belongs.get(name, True)}
 
 
 def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
