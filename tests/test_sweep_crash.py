@@ -11,6 +11,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -22,7 +23,7 @@ import pytest
 
 import plastica as pl
 from plastica.errors import FileError
-from plastica.study import sweep_engines
+from plastica.study import sweep_cluster, sweep_engines
 from plastica.study.sweep_store import open_store
 from tests.commandline import scenario, written
 
@@ -253,5 +254,72 @@ def test_a_scheduler_that_is_not_there(tmp_path: Path) -> None:
         command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
     assert done.returncode == 1
-    assert "cannot be computed on the scheduler at tcp://127.0.0.1:9" in done.stderr
-    assert "Traceback" not in done.stderr
+    waited, gave_up = done.stderr.splitlines()
+    assert waited.endswith("members, waiting for the scheduler at tcp://127.0.0.1:9")
+    assert "cannot be computed on the scheduler at tcp://127.0.0.1:9" in gave_up
+
+
+def test_ctrl_c_ends_a_cluster_quietly(tmp_path: Path) -> None:
+    """Ctrl-C ends a cluster of this machine with one line, without waiting for the chunks that are under way."""
+    written(tmp_path, TEXT)
+    command = plastica("sweep", "strut.toml", "--store", "s.sweep", "--engine", "dask", "--workers", "2")
+    with started(*command, folder=tmp_path, name="client") as client:
+        wait(lambda: logged(tmp_path / "s.sweep"), "the first chunk", client)
+        os.killpg(client.pid, signal.SIGINT)
+        assert client.wait(PATIENCE) == 130
+    said = (tmp_path / "client.txt").read_text().splitlines()
+    assert len(said) == 1, said
+    assert "interrupted; what is done is kept" in said[0]
+    assert len(logged(tmp_path / "s.sweep")) < CHUNKS
+
+
+def check_wait_is_told(folder: Path) -> None:
+    """While a scheduler has no workers, the progress says so; with the first that comes it goes on."""
+    import distributed
+
+    told: list[str] = []
+    with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp", dashboard_address=None) as cluster:
+        hire = threading.Timer(4.0 * sweep_cluster.PATIENCE, cluster.scale, (1,))
+        hire.start()
+        text = scenario() + '[sweep.over]\n"load.thrust" = [1.0, 2.0]\n'
+        where = cluster.scheduler_address
+        found = pl.sweep(
+            written(folder, text),
+            store=folder / "s.sweep",
+            engine="dask",
+            scheduler=where,
+            progress=lambda now: told.append(now.waiting),
+        )
+        hire.join()
+    assert found.complete
+    assert f"workers at {where}" in told, told
+    assert (told[0], told[-1]) == ("", "")
+
+
+def test_what_is_waited_for_is_told(tmp_path: Path) -> None:
+    check_wait_is_told(tmp_path)
+
+
+def test_a_scheduler_without_workers(tmp_path: Path) -> None:
+    """A scheduler without workers is told of, once; Ctrl-C ends the wait, and workers that come end it as well."""
+    written(tmp_path, scenario() + '[sweep.over]\n"load.thrust" = [1.0, 2.0]\n')
+    store, address = tmp_path / "s.sweep", tmp_path / "scheduler.json"
+    serve = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(address))
+    with started(*dask("dask_scheduler", *serve), folder=tmp_path, name="scheduler") as scheduler:
+        wait(address.is_file, "the scheduler", scheduler)
+        where = address_in(address)
+        command = plastica("sweep", "strut.toml", "--store", "s.sweep", "--engine", "dask", "--scheduler", where)
+        said, told = tmp_path / "client.txt", f"0 of 2 members, waiting for workers at {where}"
+        with started(*command, folder=tmp_path, name="client") as client:
+            wait(lambda: told in said.read_text(), "word of the wait", client)
+            os.killpg(client.pid, signal.SIGINT)
+            assert client.wait(PATIENCE) == 130
+        assert len(said.read_text().splitlines()) == 2, said.read_text()
+        with started(*command, folder=tmp_path, name="again") as again:
+            said = tmp_path / "again.txt"
+            wait(lambda: told in said.read_text(), "word of the wait", again)
+            work = ("--scheduler-file", str(address), "--nthreads", "1", "--no-nanny", "--no-dashboard")
+            with started(*dask("dask_worker", *work), folder=tmp_path, name="worker"):
+                assert again.wait(PATIENCE) == 0, said.read_text()
+    assert said.read_text().count("waiting for") == 1
+    assert sorted(logged(store)) == [0]

@@ -11,6 +11,7 @@ import pytest
 
 import plastica as pl
 from plastica.errors import ArgumentError
+from plastica.study.sweep_engines import check_engine
 from tests.commandline import call, scenario, written
 from tests.swept import REGIME_SWEEP
 
@@ -124,6 +125,8 @@ def test_check_and_run_know_the_table(tmp_path: Path) -> None:
         (("--plot", "a.txt"), "must end in one of"),
         (("--workers", "-3"), "`workers` must be"),
         (("--status",), "is no folder of a sweep"),
+        (("--scheduler", "tcp://127.0.0.1:8786"), "belongs to engine"),
+        (("--engine", "dask", "--scheduler", "localhost"), "must be the address of a scheduler, such as"),
     ],
 )
 def test_options_that_cannot_be_used(arguments: tuple[str, ...], said: str, tmp_path: Path) -> None:
@@ -131,6 +134,28 @@ def test_options_that_cannot_be_used(arguments: tuple[str, ...], said: str, tmp_
     assert answer.code == 2
     assert said in answer.err
     assert not (tmp_path / "out").exists()
+
+
+RIGHT = ("tcp://127.0.0.1:8786", "host:8786", "tls://a-b.example.org:1", "tcp://[::1]:65535", "ws://[fe80::1%eth0]:80")
+WRONG = (
+    *("localhost", "", "foo://bar:1", "tcp://127.0.0.1:abc", "tcp://h:0", "tcp://h:65536"),
+    *("h:1\n", "a b:1", "[]:1", "tcp://:8786", "tcp://h:1/x"),
+)
+
+
+def check_addresses() -> None:
+    """What is no address by its form is refused before anything is made; what may be one is not."""
+    for address in (*RIGHT, *WRONG):
+        refused = False
+        try:
+            check_engine("dask", None, address)
+        except ArgumentError:
+            refused = True
+        assert refused == (address in WRONG), address
+
+
+def test_addresses_are_judged_by_their_form() -> None:
+    check_addresses()
 
 
 def test_a_scenario_without_the_table_is_no_sweep(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from plastica.study import (
     sweep_aside,
     sweep_axes,
     sweep_batch,
+    sweep_cluster,
     sweep_create,
     sweep_engines,
     sweep_interest,
@@ -99,6 +100,8 @@ CHECKS: dict[str, Check] = {
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
     "a hopeless chunk is told": test_sweep_crash.check_hopeless_chunk,
+    "addresses are judged": lambda _: test_sweep_doors.check_addresses(),
+    "the wait for workers is told": test_sweep_crash.check_wait_is_told,
     "members do not touch one another": independent,
     "members are as they are alone": lambda _: test_sweep.check_members_alone("thrust and material"),
     "amplitudes are as they are alone": lambda _: test_sweep.check_members_alone("amplitude of a shape"),
@@ -209,6 +212,11 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "any age is enough": lambda patch: patch.setattr(sweep_aside, "LONG", -1.0),
     "any name is ours": replacing(sweep_aside, "re", lambda _: re_without_limits()),
     "a dead worker's chunk given to nobody": replacing(sweep_engines._Crew, "_mourn", no_chunk_given_back),
+    "any address will do": replacing(sweep_engines, "check_address", lambda _: lambda scheduler: None),
+    "a protocol of nobody's": replacing(
+        sweep_cluster, "_ADDRESS", lambda sound: re.compile(sound.pattern.replace("tcp|", "tcp|foo|"))
+    ),
+    "a silent wait": replacing(sweep_cluster, "_await", lambda _: lambda waiting, client, lonely: None),
     "a member that poisons its neighbours": replacing(sweep_tasks, "compute_together", poisoned),
     "members in another order": replacing(
         sweep_tasks, "compute_together", lambda sound: lambda made, v: sound(made, v[::-1])
@@ -270,6 +278,9 @@ TEETH = [
     ("others' folders stay", "any age is enough"),
     ("others' folders stay", "any name is ours"),
     ("a hopeless chunk is told", "a dead worker's chunk given to nobody"),
+    ("addresses are judged", "any address will do"),
+    ("addresses are judged", "a protocol of nobody's"),
+    ("the wait for workers is told", "a silent wait"),
     ("members do not touch one another", "a member that poisons its neighbours"),
     ("members are as they are alone", "members in another order"),
     ("amplitudes are as they are alone", "the amplitude left out"),

@@ -39,6 +39,8 @@ class Progress:
         Members computed per second in this call; 0 while there is none to tell by.
     left : float
         Seconds left at that rate; nan where it is not known.
+    waiting : str
+        What is waited for before anything can go on, as "workers at tcp://host:8786"; "" where nothing is.
     """
 
     members: int
@@ -46,6 +48,7 @@ class Progress:
     failed: int
     rate: float
     left: float
+    waiting: str = ""
 
 
 def sweep(
@@ -106,7 +109,7 @@ def sweep(
     scheduler : str, optional
         Address of a Dask scheduler whose workers share the folder of the store; by default a cluster on this machine.
     progress : callable, optional
-        Called with a `Progress` after every chunk.
+        Called with a `Progress` after every chunk, and every few seconds while a cluster is waited for.
 
     Returns
     -------
@@ -136,7 +139,7 @@ def compute_missing(
     """Compute the chunks of a store that are not done; arguments as of `sweep`."""
     meter = _Meter(store, progress)
     missing = meter.looked_through()
-    for told in computed(store, missing, engine, workers, scheduler):
+    for told in computed(store, missing, engine, workers, scheduler, meter.tell):
         meter.add(told)
     store.tidy()
 
@@ -157,7 +160,7 @@ class _Meter:
             if chunk not in gone:
                 first, last = self.store.plan.span(chunk)
                 self.members += last - first
-        self._tell()
+        self.tell()
         self.began = time.perf_counter()
         return missing
 
@@ -165,14 +168,14 @@ class _Meter:
         self.members += told.members
         self.failed += told.failed
         self.now += told.members if told.computed else 0
-        self._tell()
+        self.tell()
 
-    def _tell(self) -> None:
+    def tell(self, waiting: str = "") -> None:
         if self.progress is None:
             return
         rate = self.now / max(time.perf_counter() - self.began, 1e-9)
         left = (self.store.plan.count - self.members) / rate if rate > 0.0 else float("nan")
-        self.progress(Progress(self.members, self.store.plan.count, self.failed, rate, left))
+        self.progress(Progress(self.members, self.store.plan.count, self.failed, rate, left, waiting))
 
 
 def plan_of(scenario: Given, given: Mapping[str, Any]) -> Plan:

@@ -1,4 +1,4 @@
-"""Who computes the chunks of a sweep: processes of this machine, or the workers of a Dask cluster."""
+"""Who computes the chunks of a sweep: processes of this machine, or (`sweep_cluster`) the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ import subprocess
 import sys
 import tempfile
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import IO, Any, Final
 
-from plastica.errors import ArgumentError, FileError, PlasticaError
-from plastica.study.sweep_store import Store, open_store
+from plastica.errors import ArgumentError, FileError
+from plastica.study.sweep_cluster import available_cores, check_address, on_dask
+from plastica.study.sweep_store import Store
 from plastica.study.sweep_tasks import Told, run_chunk
 
 __all__ = ["ENGINES", "available_cores", "check_engine", "computed"]
@@ -28,15 +27,7 @@ MOST_WORKERS: Final = 1024
 MOST_TRIES: Final = 3
 """Deaths of a worker over one and the same chunk after which the sweep is given up."""
 
-AHEAD: Final = 4
-"""Chunks for each worker of a cluster that are handed to the scheduler at a time."""
-
 _ONE_THREAD: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_engine(engine: object, workers: object, scheduler: object) -> None:
@@ -57,14 +48,18 @@ def check_engine(engine: object, workers: object, scheduler: object) -> None:
         return
     if engine != "dask":
         raise ArgumentError('belongs to engine="dask" only', where="scheduler", value=scheduler)
-    if not isinstance(scheduler, str):
-        raise ArgumentError('must be the address of a scheduler, "tcp://host:8786"', where="scheduler", value=scheduler)
+    check_address(scheduler)
     if workers is not None:
         raise ArgumentError("must be left out with a scheduler, which has workers of its own", where="workers")
 
 
 def computed(
-    store: Store, chunks: Sequence[int], engine: str, workers: int | None, scheduler: str | None
+    store: Store,
+    chunks: Sequence[int],
+    engine: str,
+    workers: int | None,
+    scheduler: str | None,
+    waits: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Told]:
     """Compute chunks, and yield what became of each as it is done.
 
@@ -80,6 +75,8 @@ def computed(
         Processes; by default one for each core; 0 for this process itself.
     scheduler : str or None
         Address of a Dask scheduler.
+    waits : callable
+        Called with what is waited for, where that is long in coming.
 
     Yields
     ------
@@ -93,15 +90,12 @@ def computed(
     if not chunks:
         return
     if engine == "dask":
-        yield from _on_dask(store, chunks, workers, scheduler)
+        yield from on_dask(store, chunks, workers, scheduler, waits)
     elif workers == 0:
         yield from (run_chunk(store, chunk) for chunk in chunks)
     else:
         count = min(workers or available_cores(), len(chunks))
         yield from _Crew(store, deque(chunks), count).run()
-
-
-# -- processes of this machine ---------------------------------------------------------------------------------------
 
 
 @dataclass(eq=False)
@@ -216,87 +210,3 @@ def _environment() -> dict[str, str]:
     """The present one, with one thread for each process: their matrices are small."""
     path = os.pathsep.join(each for each in sys.path if each)
     return {**os.environ, **dict.fromkeys(_ONE_THREAD, "1"), "PYTHONPATH": path}
-
-
-# -- a Dask cluster --------------------------------------------------------------------------------------------------
-
-
-def _distributed() -> Any:
-    try:
-        return import_module("distributed")
-    except ImportError:
-        raise ArgumentError(
-            'can be "dask" only where dask.distributed is installed',
-            where="engine",
-            value="dask",
-            next_step="Install plastica[dask], or take the engine local.",
-        ) from None
-
-
-def _on_dask(store: Store, chunks: Sequence[int], workers: int | None, scheduler: str | None) -> Iterator[Told]:
-    distributed = _distributed()
-    where = f"on the scheduler at {scheduler}" if scheduler else "on a cluster of this machine"
-    try:
-        if scheduler is not None:
-            with distributed.Client(scheduler) as client:
-                yield from _submitted(client, store, chunks)
-            return
-        count = min(workers or available_cores(), len(chunks))
-        with (
-            distributed.LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
-            distributed.Client(cluster) as client,
-        ):
-            yield from _submitted(client, store, chunks)
-    except PlasticaError:
-        raise
-    except (OSError, TimeoutError, CancelledError, distributed.KilledWorker) as error:
-        reason = str(error).split("\n")[0][:200] or type(error).__name__
-        raise FileError(
-            f"cannot be computed {where} ({reason})",
-            where=str(store.folder),
-            next_step="What is done is kept: give the same command again once it can be reached.",
-        ) from None
-
-
-def _submitted(client: Any, store: Store, chunks: Sequence[int]) -> Iterator[Told]:
-    """Keep a few chunks for each worker with the scheduler, whose cost grows with what it has to remember."""
-    folder, left = str(store.folder.absolute()), deque(chunks)
-
-    def submitted(count: int) -> list[Any]:
-        some = [left.popleft() for _ in range(min(count, len(left)))]
-        # The key is the chunk's own: one that is under way already is not begun a second time.
-        keys = [f"plastica-{store.identity[:16]}-{chunk}" for chunk in some]
-        return [
-            client.submit(computed_on_cluster, folder, chunk, key=key, pure=True, retries=MOST_TRIES)
-            for chunk, key in zip(some, keys, strict=True)
-        ]
-
-    def room() -> int:
-        return AHEAD * max(1, sum(map(int, client.nthreads().values())))
-
-    waiting = _distributed().as_completed(submitted(room()))
-    for future in waiting:
-        yield Told(**future.result())
-        future.release()
-        for another in submitted(1 + max(0, room() - waiting.count() - 1)):
-            waiting.add(another)
-
-
-def computed_on_cluster(folder: str, chunk: int) -> dict[str, Any]:
-    """Compute one chunk, in whatever process of a cluster this is called.
-
-    Parameters
-    ----------
-    folder : str
-        The sweep, by a path that all machines of the cluster share.
-    chunk : int
-        Which chunk.
-
-    Returns
-    -------
-    dict
-        The fields of `Told`.
-    """
-    store = open_store(folder)
-    store.check_versions()
-    return vars(run_chunk(store, chunk))
