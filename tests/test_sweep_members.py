@@ -278,6 +278,38 @@ def test_amplitudes_are_plain_numbers(given: Any) -> None:
     check_amplitudes(given)
 
 
+TABLE = 'thrust = { program = "table", times = [0.0, 2.0], values = [0.0, 1.0] }'
+TABLES = {
+    "load.thrust.times": [[0.0, 2.0], [0.0, 1.0, 2.0], [0.0, 2.0]],
+    "load.thrust.values": [[0.0, 1.0], [0.0, 1.0, 2.0], [0.0, 3.0]],
+}
+
+
+def check_lists_are_tried_as_they_go_together(folder: Path) -> None:
+    """Values that make no scenario but beside one another are a sweep; those that make none there are refused."""
+    assert plan(TABLES, scenario(load=TABLE), sampling="list").count == 3
+    (folder / "m.csv").write_text("load.thrust.low,load.thrust.high\n0.0,2.0\n3.0,5.0\n4.0,4.5\n", encoding="utf-8")
+    file = written(folder, scenario(load=CYCLES))
+    assert plan_of(file, {"sampling": "csv", "csv": "m.csv"}).count == 3
+    wrong = {**TABLES, "load.thrust.values": [*TABLES["load.thrust.values"][:2], [0.0]]}
+    with pytest.raises(ScenarioError, match=r"'load.thrust.values'\[2\]` must have as many entries as `times`"):
+        plan(wrong, scenario(load=TABLE), sampling="list")
+
+
+def test_lists_are_tried_as_they_go_together(tmp_path: Path) -> None:
+    check_lists_are_tried_as_they_go_together(tmp_path)
+
+
+def test_what_goes_wrong_in_a_list_is_told_at_its_place(tmp_path: Path) -> None:
+    thrust = [1.0 + 0.01 * i for i in range(100)]
+    thrust[61] = -1.0
+    with pytest.raises(ScenarioError, match=r"'load.thrust'\[61\]` must not be negative"):
+        plan({"load.thrust": thrust, "initial.natural_curvature": thrust}, sampling="list")
+    (tmp_path / "m.csv").write_text("load.thrust\n" + "\n".join(map(str, thrust)), encoding="utf-8")
+    with pytest.raises(ScenarioError, match=r"`sweep.csv` has a member that cannot be used, with load.thrust = -1: "):
+        plan_of(written(tmp_path, scenario()), {"sampling": "csv", "csv": "m.csv"})
+
+
 def test_what_goes_wrong_at_a_corner_is_told_before_the_sweep() -> None:
     text = scenario(
         material='preference = "k*m**2/2"\nflow = "c*pos(x)**2"\nthreshold = "h - g"\n'

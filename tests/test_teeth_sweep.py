@@ -32,6 +32,7 @@ from plastica.study import (
     sweep_schema,
     sweep_store,
     sweep_tasks,
+    sweep_trial,
 )
 from plastica.study.reading import document_of
 from plastica.study.sweep_store import Store
@@ -115,6 +116,7 @@ CHECKS: dict[str, Check] = {
     "chunks are bounded": lambda _: test_sweep_members.check_chunk_is_bounded(),
     "another sampling gives way": accepted(test_sweep_members.check_another_sampling),
     "a name may have an equals sign": accepted(test_sweep_members.check_paths_with_equals),
+    "lists go together": accepted(test_sweep_members.check_lists_are_tried_as_they_go_together),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -239,6 +241,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "chunks of any size": lambda patch: patch.setattr(sweep_schema, "MOST_IN_A_CHUNK", 10**15),
     "what belongs to another sampling stays": replacing(sweep_reading, "_left", lambda _: lambda own, sampling: own),
     "an equals sign makes a text": replacing(sweep, "_document", texts_by_equals),
+    "lists tried one key at a time": replacing(sweep_trial, "_refused_members", lambda _: sweep_trial._refused_values),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -295,6 +298,7 @@ TEETH = [
     ("chunks are bounded", "chunks of any size"),
     ("another sampling gives way", "what belongs to another sampling stays"),
     ("a name may have an equals sign", "an equals sign makes a text"),
+    ("lists go together", "lists tried one key at a time"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),
