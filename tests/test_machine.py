@@ -206,6 +206,19 @@ def test_it_is_asked_for() -> None:
     assert set(fast.method.values) == {"DOP853"}
 
 
+def test_where_nothing_can_be_kept(monkeypatch: Patch) -> None:
+    """Where the code cannot be written down for the next process, it is compiled all the same."""
+    sound = machine.numba.njit
+
+    def no_place(cache: bool = False, **options: object) -> object:
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return sound(**options)
+
+    monkeypatch.setattr(machine.numba, "njit", no_place)
+    assert machine._compiled(lambda x: 2.0 * x)(1.5) == 3.0
+
+
 def test_without_a_compiler(monkeypatch: Patch) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(ArgumentError, match=r"must be installed to be used.*plastica\[fast\]"):

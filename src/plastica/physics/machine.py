@@ -2,9 +2,8 @@
 
 Columns go through in tiles that stay in the nearest cache from the first stage to the last. Every tile has the same
 number of lanes, so that no lane is computed in another way than its neighbours. The laws come as tapes: nothing is
-compiled anew for another material, and what has been compiled is kept beside this file for the next process.
-
-What is compiled knows no names: arrays are rows by columns, and a trailing `h` says that a slope is times its step.
+compiled anew for another material, and what has been compiled is kept for the next process: beside this file, which is
+why all of it is in this one file, for only a change of this file has it compiled again.
 """
 
 from __future__ import annotations
