@@ -12,7 +12,7 @@ import pytest
 import plastica as pl
 from plastica.errors import ArgumentError, PlasticaError
 from plastica.study import sweep_schema, sweep_versions
-from plastica.study.sweep_outputs import REGIMES
+from plastica.study.sweep_outputs import REGIMES, STATUSES
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_tasks import compute
 from tests.commandline import scenario, si_scenario, written
@@ -158,6 +158,39 @@ def check_nothing_depends_on_the_chunk(made: Plan) -> None:
         for name, column in whole.items():
             joined = np.concatenate([part[name] for part in parts])
             assert joined.tobytes() == column.tobytes(), name
+
+
+JUMPS = ["0.1*cos(s)", "2 - step(s - 0.5)", {"pieces": [1.0, 2.0], "breaks": [0.3]}, "1 + step(s - 0.5)"]
+
+
+def test_nothing_depends_on_the_chunk_where_shapes_jump() -> None:
+    check_nothing_depends_on_the_chunk(plan({"initial.curvature": JUMPS, "load.thrust": [1.0, 2.0]}))
+
+
+def check_states_share_their_nodes() -> None:
+    """Starts that jump elsewhere than the scenario's are refused where states are kept; tried or not, alone or not."""
+    halves = scenario(initial="curvature = { pieces = [1.0, 0.0], breaks = [0.5] }")
+    for text, shapes in ((scenario(), ["1", JUMPS[2]]), (scenario(), ["1", "step(s - 0.5)"]), (halves, ["1", "s"])):
+        for more in ({}, {"load.couple": [0.1]}):
+            with pytest.raises(PlasticaError, match=r"initial.curvature.* must jump or bend where that of"):
+                plan({"initial.curvature": shapes, **more}, text, outputs=["final", "state"])
+            plan({"initial.curvature": shapes, **more}, text)
+    with pytest.raises(PlasticaError, match=r"must jump or bend where .*\(0.5 L\)"):
+        plan({"initial.curvature": [1.0, 2.0]}, halves, outputs=["state"])
+    some = [f"{1 + 0.01 * i:.2f}*step(s - 0.5)" for i in range(40)]
+    some[17] = "step(s - 0.25)"
+    made = plan({"initial.curvature": some}, halves, outputs=["final", "state"])
+    assert made.batched
+    told = compute(made, values(made))
+    assert told["curvature"].shape == (40, 24)
+    assert np.flatnonzero(told["status"] == STATUSES.index("refused")).tolist() == [17]
+    assert np.isnan(told["curvature"]).all(axis=1).tolist() == [i == 17 for i in range(40)]
+    with pytest.raises(ArgumentError, match="must jump or bend"):
+        made.scenario(np.array([17.0]))
+
+
+def test_states_share_their_nodes() -> None:
+    check_states_share_their_nodes()
 
 
 def test_nothing_depends_on_the_chunk() -> None:

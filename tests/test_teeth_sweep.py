@@ -72,6 +72,10 @@ def independent(_: Path) -> None:
     test_sweep.check_nothing_depends_on_the_chunk(plan(over))
 
 
+def jumping(_: Path) -> None:
+    test_sweep.check_nothing_depends_on_the_chunk(plan({"initial.curvature": test_sweep.JUMPS}))
+
+
 def latin(_: Path) -> None:
     members = sweep_members.members_of(test_sweep_members.LATIN, "latin-hypercube", 40, 7)
     test_sweep_members.check_latin(members)
@@ -117,6 +121,8 @@ CHECKS: dict[str, Check] = {
     "another sampling gives way": accepted(test_sweep_members.check_another_sampling),
     "a name may have an equals sign": accepted(test_sweep_members.check_paths_with_equals),
     "lists go together": accepted(test_sweep_members.check_lists_are_tried_as_they_go_together),
+    "shapes that jump do not touch one another": jumping,
+    "states share their nodes": lambda _: test_sweep.check_states_share_their_nodes(),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -167,6 +173,10 @@ def moved_only(sound: Any) -> Any:
 
 def texts_by_equals(sound: Any) -> Any:
     return lambda given: document_of(given, "scenario.toml") if "=" in str(given) else sound(given)
+
+
+def one_batch(_: Any) -> Any:
+    return lambda made, columns, shapes: [np.ones(len(next(iter(columns.values()))), dtype=bool)]
 
 
 def spoil_existence(patch: Patch) -> None:
@@ -242,6 +252,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "what belongs to another sampling stays": replacing(sweep_reading, "_left", lambda _: lambda own, sampling: own),
     "an equals sign makes a text": replacing(sweep, "_document", texts_by_equals),
     "lists tried one key at a time": replacing(sweep_trial, "_refused_members", lambda _: sweep_trial._refused_values),
+    "one grid for all shapes": replacing(sweep_batch, "_alike", one_batch),
+    "states of any grid": replacing(sweep_plan.Plan, "keeps", lambda _: lambda self, grid: True),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -299,6 +311,8 @@ TEETH = [
     ("another sampling gives way", "what belongs to another sampling stays"),
     ("a name may have an equals sign", "an equals sign makes a text"),
     ("lists go together", "lists tried one key at a time"),
+    ("shapes that jump do not touch one another", "one grid for all shapes"),
+    ("states share their nodes", "states of any grid"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.many import CHUNK, solve_many
-from plastica.numerics.grid import AUTO_NODES
+from plastica.numerics.grid import AUTO_NODES, Grid
 from plastica.physics.batch import batch_laws
 from plastica.physics.initial import initial_shape, nodal_values
 from plastica.physics.program import Program
@@ -41,19 +41,34 @@ class _Start:
 
 
 def compute_together(plan: Plan, values: Array) -> Columns:
-    """Compute some members in one batch; see `sweep_tasks.compute`."""
-    base, columns = plan.base, dict(zip((axis.key for axis in plan.axes), values.T, strict=True))
-    strut = base.model
+    """Compute some members, those that share a grid in one batch; see `sweep_tasks.compute`."""
+    columns = dict(zip((axis.key for axis in plan.axes), values.T, strict=True))
+    strut = plan.base.model
     if not isinstance(strut, Strut):
         raise TypeError("a batch is of struts")
     thrust, shapes = _thrust(plan, columns), _shapes(plan, columns)
     usable = _all_there(thrust, len(values)) & _all_there(shapes, len(values))
     made = empty_chunk(plan, len(values))
-    _fill_refused(made, ~usable)
-    if not usable.any():
-        return made
-    columns = {key: column[usable] for key, column in columns.items()}
-    thrust, shapes = _chosen(thrust, usable), _chosen(shapes, usable)
+    batches = [usable & some for some in _alike(plan, columns, shapes)]
+    _fill_refused(made, ~np.logical_or.reduce([np.zeros_like(usable), *batches]))
+    for some in batches:
+        if some.any():
+            chosen = {key: column[some] for key, column in columns.items()}
+            _compute_batch(plan, strut, chosen, _chosen(thrust, some), _chosen(shapes, some), made, some)
+    return made
+
+
+def _compute_batch(
+    plan: Plan,
+    strut: Strut,
+    columns: dict[str, Array],
+    thrust: Any,
+    shapes: list[Any] | None,
+    made: Columns,
+    some: NDArray[np.bool_],
+) -> None:
+    """Compute the members that are told, and put what is found where `some` says."""
+    base = plan.base
     start = _start(plan, columns, shapes)
     own = {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
     end = number(base.until, "s")
@@ -71,17 +86,37 @@ def compute_together(plan: Plan, values: Array) -> Columns:
         times,
         shape_parameters=start.shape_parameters,
         also=also,
-        chunk=min(len(values), CHUNK),
+        chunk=min(start.natural.size, CHUNK),
         library=plan.library,
     )
-    _fill(made, usable, plan, found)
+    _fill(made, some, plan, found)
     if "verdict" in plan.outputs:
         pushed = _pushed(strut, thrust, end, start.natural.size)
         regime, yielding = _verdicts(strut, _last(found), start, own, pushed)
         ended = np.asarray(found["status"].values) == "done"
-        made["regime"][usable] = np.where(ended, regime, REGIMES.index("untold"))
-        made["yielding"][usable] = yielding
-    return made
+        made["regime"][some] = np.where(ended, regime, REGIMES.index("untold"))
+        made["yielding"][some] = yielding
+
+
+def _alike(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) -> list[NDArray[np.bool_]]:
+    """Members by the places where their initial curvature jumps or bends, at which elements end.
+
+    A batch has one grid: on that of all of its members none would be computed as it is alone. Members whose grid the
+    sweep cannot keep are left out.
+    """
+    count = len(next(iter(columns.values())))
+    if shapes is None:
+        same = plan.base.curvature if "initial.curvature" not in columns else 0.0
+        return [np.ones(count, dtype=bool)] if plan.keeps(_grid(plan, same)) else []
+    grids = {id(shape): _grid(plan, shape) for shape in shapes if shape is not None}
+    known = {grid.breaks: grid for grid in grids.values() if plan.keeps(grid)}
+    ends = [() if shape is None else grids[id(shape)].breaks for shape in shapes]
+    return [np.array([each == breaks for each in ends]) for breaks in known]
+
+
+def _grid(plan: Plan, curvature: Any) -> Grid:
+    model = plan.base.model
+    return initial_shape(curvature, model.grid, model.scales, si=model.specimen is not None)[1]
 
 
 def _all_there(each: Any, count: int) -> NDArray[np.bool_]:

@@ -13,7 +13,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.errors import ArgumentError
 from plastica.files import read_bytes
+from plastica.numerics.grid import Grid
 from plastica.physics.strut import Strut
 from plastica.study.building import inside
 from plastica.study.reading import Document
@@ -28,6 +30,9 @@ __all__ = ["Plan", "amplified"]
 Array = NDArray[np.float64]
 
 LARGEST_INPUT: Final = 4 * 2**30
+
+SAME_PLACE: Final = 1e-12
+"""Units of L within which element ends are the same, as for grids."""
 
 _BATCHED: Final = re.compile(
     r"load\.thrust(\..+)?|material\.parameters\..+|initial\.(curvature|natural_curvature|amplitude)"
@@ -167,7 +172,17 @@ class Plan:
         document = self.changed(values, member)
         factor = document.data.get("initial", {}).pop("amplitude", None)
         made = scenario_of(document)
+        if not self.keeps(made.problem.strut.grid):
+            ends = ", ".join(f"{each:.6g} L" for each in self.base.problem.strut.grid.breaks[1:-1]) or "nowhere"
+            rule = f'must jump or bend where that of the scenario does ({ends}), as outputs hold "state"'
+            raise ArgumentError(rule, where="initial.curvature", next_step="Leave that out.")
         return made if factor is None else replace(made, curvature=amplified(made.model, made.curvature, factor))
+
+    def keeps(self, grid: Grid) -> bool:
+        """Whether a member on this grid can be kept: all states of a sweep are told at the nodes of its scenario."""
+        own = self.base.problem.strut.grid.breaks
+        alike = len(grid.breaks) == len(own) and bool(np.abs(np.subtract(grid.breaks, own)).max() <= SAME_PLACE)
+        return alike or "state" not in self.outputs
 
     def told(self, values: Array) -> str:
         """Return the values of one member for people."""
