@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -98,6 +100,14 @@ def _replace(name: str, change: Any) -> Any:
     return spoil
 
 
+def _overwrite(*names: str) -> Any:
+    def spoil(results: Path) -> None:
+        for name in names:
+            (results / name).write_bytes(b"overwritten")
+
+    return spoil
+
+
 def _flip(raw: bytes) -> bytes:
     return raw[: len(raw) // 2] + bytes([raw[len(raw) // 2] ^ 4]) + raw[len(raw) // 2 + 1 :]
 
@@ -119,6 +129,55 @@ def test_damage_is_seen_and_mended(kind: str, whole: pl.Sweep, tmp_path: Path) -
     check_damage_is_mended(copied(whole, tmp_path), *DAMAGE[kind])
 
 
+ABSENT: dict[str, tuple[Any, set[int]]] = {
+    "a status is no chunk": (_overwrite("status/c/3"), {3}),
+    "several are no chunks": (_overwrite("status/c/0", "status/c/2"), {0, 2}),
+    "a variable is missing": (_remove("tip_y/c/0"), {0}),
+    "histories are missing": (_remove("drive_history/c/1/0"), {1}),
+    "a seal is missing": (_remove("seal/c/2/0"), {2}),
+}
+"""What is told by the files that are there, before anything is judged by its content."""
+
+
+def check_absence_is_told(folder: Path, kind: str) -> None:
+    """Chunks that are damaged so are pending in everything that is told, without a word on standard error."""
+    found = made(folder, outputs=["final", "verdict", "histories"], times=[0.0, 1.0])
+    before = contents(found)
+    spoil, chunks = ABSENT[kind]
+    spoil(found.results)
+    part = pl.read_sweep(found.path)
+    assert part.counts == {"done": CHUNK * (CHUNKS - len(chunks)), "pending": CHUNK * len(chunks)}
+    assert part.regimes["pending"] == part.counts["pending"]
+    away = np.isin(np.arange(CHUNK * CHUNKS) // CHUNK, list(chunks))
+    data = part.dataset
+    assert (np.isnan(data.tip_y.values) == away).all()
+    assert (np.isnan(data.drive_history.values).all(axis=1) == away).all()
+    assert ((data.status.values == "pending") == away).all()
+    assert all(away[each.member] == np.False_ for each in part.interesting(3))
+    answer = call("sweep", found.path, "--status", folder=folder)
+    assert (answer.code, answer.err) == (0, "")
+    assert f"pending {CHUNK * len(chunks)} not begun, missing or damaged" in " ".join(answer.out.split())
+    again = call("sweep", found.path, "--workers", "0", "--json", folder=folder)
+    assert json.loads(again.out)["status"] == {"done": CHUNK * CHUNKS}
+    assert contents(found) == before
+    assert counted(found) == {chunk: 1 + (chunk in chunks) for chunk in range(CHUNKS)}
+
+
+@pytest.mark.parametrize("kind", ABSENT)
+def test_what_is_absent_is_pending(kind: str, tmp_path: Path) -> None:
+    check_absence_is_told(tmp_path, kind)
+
+
+def test_nothing_is_said_of_a_chunk_that_is_none(whole: pl.Sweep, tmp_path: Path) -> None:
+    """Zarr reads ahead: what it has begun is brought to its end before the process ends."""
+    found = copied(whole, tmp_path)
+    _overwrite("status/c/0", "status/c/2")(found.results)
+    command = [sys.executable, "-m", "plastica", "sweep", str(found.path), "--status", "--json"]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert answer.stderr == ""
+    assert json.loads(answer.stdout)["status"] == {"done": 6, "pending": 6}
+
+
 def check_interrupted_anywhere(folder: Path, whole: pl.Sweep) -> None:
     """Whatever write is the last before the end, the same call finishes the sweep, computing only what is missing."""
     writes = 1 + len(whole.store.variables)
@@ -132,10 +191,13 @@ def check_interrupted_anywhere(folder: Path, whole: pl.Sweep) -> None:
         done = last // writes
         # A seal is the last write of its chunk: until it is there, the chunk does not count as done.
         assert part.store.missing() == list(range(done, CHUNKS)), last
-        # The status is the last of the variables: where it is told, all else can be read.
-        assert part.done == CHUNK * ((last + 1) // writes), last
+        assert part.done == CHUNK * done, last
         data = part.dataset
         assert np.isfinite(data.tip_y.values[data.status.values == "done"]).all()
+        # Whoever reads the arrays alone: the status is the last of them, and where it is told, all else can be read.
+        raw = part.store.read(["status", "tip_y"], 0, part.members)
+        assert (raw["status"] >= 0).sum() == CHUNK * ((last + 1) // writes), last
+        assert np.isfinite(raw["tip_y"][raw["status"] >= 0]).all()
         found = made(folder, name)
         assert contents(found) == contents(whole)
         assert counted(found) == dict.fromkeys(range(CHUNKS), 1)

@@ -63,6 +63,10 @@ def damaged(kind: str) -> Check:
     )
 
 
+def absent(kind: str) -> Check:
+    return lambda folder: test_sweep_store.check_absence_is_told(folder, kind)
+
+
 def interrupted(folder: Path) -> None:
     test_sweep_store.check_interrupted_anywhere(folder, test_sweep_store.made(folder, "whole.sweep"))
 
@@ -101,6 +105,8 @@ CHECKS: dict[str, Check] = {
     "a turned bit is mended": damaged("a bit is turned"),
     "another's chunk is mended": damaged("the chunk is another's"),
     "a missing seal is mended": damaged("a seal is missing"),
+    "an overwritten status is told": absent("a status is no chunk"),
+    "an absent variable is told": absent("a variable is missing"),
     "interrupted anywhere": interrupted,
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
@@ -146,6 +152,12 @@ def seal_first(self: Store, chunk: int, columns: Any) -> None:
     self.arrays["seal"][chunk] = np.frombuffer(sweep_store.digest_of(columns), dtype=np.uint8)
     for name in columns:
         self.arrays[name][first:last] = columns[name]
+
+
+def refusing(read: Any) -> Any:
+    """What cannot be read makes the whole store unreadable."""
+    assert not read[1], "is damaged"
+    return read
 
 
 def status_first(self: Store, chunk: int, columns: Any) -> None:
@@ -217,6 +229,10 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a digest of nothing": spoil_digest,
     "a store that forgets a chunk": spoil_forgetting,
     "a store that computes everything again": spoil_zeal,
+    "a chunk that is none stops all": replacing(
+        Store, "_read", lambda sound: lambda self, *where: refusing(sound(self, *where))
+    ),
+    "a status is enough": replacing(Store, "absent", lambda _: lambda self: frozenset()),
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
     "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
@@ -283,6 +299,8 @@ TEETH = [
     ("another's chunk is mended", "a digest of nothing"),
     ("another's chunk is mended", "existence taken for content"),
     ("a missing seal is mended", "a store that forgets a chunk"),
+    ("an overwritten status is told", "a chunk that is none stops all"),
+    ("an absent variable is told", "a status is enough"),
     ("interrupted anywhere", "a store that forgets a chunk"),
     ("interrupted anywhere", "the seal written first"),
     ("interrupted anywhere", "the status written first"),

@@ -77,7 +77,8 @@ def sweep(
         code = _computed(opened, (engine, workers, scheduler), quiet=quiet or as_json)
         if code != DONE:
             return code
-    return _told(opened, picture, reports, time.perf_counter() - began, as_json=as_json, quiet=quiet)
+    seconds = time.perf_counter() - began
+    return _told(opened, picture, reports, seconds, status=status, as_json=as_json, quiet=quiet)
 
 
 def _plan(scenario: Path) -> Plan:
@@ -158,7 +159,7 @@ def _estimated(plan: Plan, workers: int | None, as_json: bool) -> int:
 
 
 def _told(
-    store: Store, picture: Path | None, reports: int, seconds: float, *, as_json: bool, quiet: bool
+    store: Store, picture: Path | None, reports: int, seconds: float, *, status: bool, as_json: bool, quiet: bool
 ) -> int:
     """Say what came of a sweep, and write what was asked for."""
     from plastica.study.sweep_result import Sweep
@@ -166,9 +167,10 @@ def _told(
     found = Sweep(store)
     files = _pictures(found, picture) + _reports(found, reports)
     if as_json:
-        print_json({**_facts(found), "files": files, "seconds": seconds})
+        judged = "files" if status else "contents"
+        print_json({**_facts(found), "judged_by": judged, "files": files, "seconds": seconds})
     elif not quiet:
-        _print(found, files, seconds)
+        _print(found, files, seconds, status=status)
     if found.failed:
         say(f"{found.failed} of {found.done} members did not end as asked; see the table of how they ended")
     return FAILED if found.failed else DONE
@@ -216,14 +218,19 @@ def _facts(found: Sweep) -> dict[str, Any]:
     }
 
 
-def _print(found: Sweep, files: list[Path], seconds: float) -> None:
+def _print(found: Sweep, files: list[Path], seconds: float, *, status: bool) -> None:
     from plastica.doors.tables import pairs, row
 
     table = pairs(found.plan.base.title or "Sweep")
     varied = ", ".join(axis.key for axis in found.axes)
     row(table, "members", f"{found.members} over {varied} ({found.plan.members.sampling}), {found.done} done")
-    for status, count in found.counts.items():
-        row(table, "ended", f"{count} {status}")
+    for ending, count in found.counts.items():
+        if ending != "pending":
+            row(table, "ended", f"{count} {ending}")
+    if not found.complete:
+        row(table, "pending", f"{found.members - found.done} not begun, missing or damaged: the next run computes them")
+    if status:
+        row(table, "judged", "by which files are there; by what is in them when the sweep goes on")
     for regime, count in found.regimes.items():
         if regime != "pending":
             row(table, "came to", f"{count} {regime}")

@@ -75,7 +75,7 @@ def regimes_figure(sweep: Sweep) -> Figure:
             value=sweep.members,
             next_step="Read a part of its results with xarray.open_zarr, and draw that.",
         )
-    codes = sweep.store.read(["regime"], 0, sweep.members)["regime"].astype(int)
+    codes = sweep.store.read(["regime"], 0, sweep.members, sweep.store.absent())["regime"].astype(int)
     codes = np.where(codes < 0, len(REGIMES), codes)
     pairs = list(combinations(range(len(sweep.axes)), 2))[:MOST_PAIRS]
     with drawing():
@@ -155,7 +155,7 @@ def _row(ax: Axes, sweep: Sweep, codes: NDArray[np.int_]) -> None:
     axis = sweep.axes[0]
     x = sweep.store.values(0, sweep.members)[:, 0]
     if "final" in sweep.plan.outputs and sweep.plan.base.model.segments == 1:
-        y = sweep.store.read(["natural_curvature"], 0, sweep.members)["natural_curvature"]
+        y = sweep.store.read(["natural_curvature"], 0, sweep.members, sweep.store.absent())["natural_curvature"]
         unit = "" if sweep.plan.base.model.specimen is None else " (1/m)"
         ax.set_ylabel(f"Natural curvature at the end{unit or ' × L'}")
     else:

@@ -75,7 +75,7 @@ def interesting(store: Store, count: int) -> tuple[Interesting, ...]:
     looked_at = min(store.plan.count, MOST_LOOKED_AT)
     present = [each.name for each in store.variables if not each.shape]
     names = [name for name in ("status", "regime", *EXTREMES) if name in present]
-    found = store.read(names, 0, looked_at)
+    found = store.read(names, 0, looked_at, store.absent())
     kinds = (_failures(found["status"]), _boundaries(store, found, looked_at), _extremes(found))
     chosen: dict[int, str] = {}
     for turn in zip_longest(*kinds):

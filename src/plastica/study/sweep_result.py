@@ -74,7 +74,11 @@ class Sweep:
 
     @cached_property
     def counts(self) -> dict[str, int]:
-        """How many members ended how, the most frequent first; "pending" are those not computed yet."""
+        """How many members ended how, the most frequent first; "pending" are those not computed yet.
+
+        A chunk of which a file is missing or cannot be read is pending. What is in the files is held against their
+        seals where the sweep is taken up again, by `sweep` with the same store.
+        """
         return self._counted("status", STATUSES)
 
     @cached_property
@@ -84,8 +88,9 @@ class Sweep:
 
     def _counted(self, name: str, flags: Sequence[str]) -> dict[str, int]:
         found = np.zeros(len(flags) + 1, dtype=np.int64)
+        absent = self.store.absent()
         for first in range(0, self.members, BLOCK):
-            codes = self.store.read([name], first, min(first + BLOCK, self.members))[name]
+            codes = self.store.read(["status", name], first, min(first + BLOCK, self.members), absent)[name]
             found += np.bincount(np.asarray(codes, dtype=np.int64) + 1, minlength=found.size)[: found.size]
         told = dict(zip(("pending", *flags), found.tolist(), strict=True))
         return {flag: count for flag, count in sorted(told.items(), key=lambda each: -each[1]) if count}
@@ -149,7 +154,9 @@ class Sweep:
 
         described = {each.name: each for each in (*variables_of(self.plan), *coordinates_of(self.plan))}
         fixed = {name: self.store.group[name] for name in ("t", "s", "s_weight") if name in self.store.group}
-        read = self.store.read([*names, *(axis.key for axis in self.axes)], 0, self.members)
+        read = self.store.read(names, 0, self.members, self.store.absent())
+        for axis, values in zip(self.axes, self.store.values(0, self.members).T, strict=True):
+            read[axis.key] = values.astype(described[axis.key].dtype)
 
         def labelled(name: str) -> tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]:
             variable, values = described[name], read[name]

@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -37,6 +37,9 @@ LOG: Final = "log.jsonl"
 SEAL: Final = "seal"
 LARGEST_PLAN: Final = 64 * 2**20
 LARGEST_LOG: Final = 2**30
+UNREADABLE: Final = (ValueError, RuntimeError, OSError)
+"""What Zarr raises where a chunk is there but is none."""
+
 Columns = Mapping[str, NDArray[Any]]
 
 
@@ -125,14 +128,65 @@ class Store:
 
     def values(self, first: int, last: int) -> NDArray[np.float64]:
         """Return what members first to last take; shape (members, axes)."""
-        with self._damage():
-            columns = [np.asarray(self.arrays[axis.key][first:last], dtype=float) for axis in self.plan.axes]
+        columns = []
+        for axis in self.plan.axes:
+            values, unreadable = self._read(axis.key, first, last)
+            if unreadable:
+                raise _damaged(self.folder, f"the values of {axis.key} cannot be read in chunk {unreadable[0]}")
+            columns.append(np.asarray(values, dtype=float))
         return np.stack(columns, axis=1)
 
-    def read(self, names: Sequence[str], first: int, last: int) -> dict[str, NDArray[Any]]:
-        """Return variables of members first to last; what is not computed yet is nan or -1."""
-        with self._damage():
-            return {name: np.asarray(self.arrays[name][first:last]) for name in names}
+    def read(
+        self, names: Sequence[str], first: int, last: int, absent: Collection[int] = ()
+    ) -> dict[str, NDArray[Any]]:
+        """Return variables of members first to last; nan or -1 where they are not computed or cannot be read.
+
+        Parameters
+        ----------
+        names : sequence of str
+            The variables.
+        first, last : int
+            The members.
+        absent : collection of int
+            Chunks that are taken for not computed, as are those of which one of the variables cannot be read.
+
+        Returns
+        -------
+        dict of ndarray
+        """
+        read = {name: self._read(name, first, last) for name in names}
+        gone = set(absent).union(*(unreadable for _, unreadable in read.values()))
+        for chunk in gone:
+            begin, end = (min(max(place - first, 0), last - first) for place in self.plan.span(chunk))
+            for name, (values, _) in read.items():
+                values[begin:end] = self.arrays[name].fill_value
+        return {name: values for name, (values, _) in read.items()}
+
+    def _read(self, name: str, first: int, last: int) -> tuple[NDArray[Any], list[int]]:
+        """Return an array's members first to last, and the chunks that cannot be decoded: there it has its filling."""
+        array = self.arrays[name]
+        with contextlib.suppress(*UNREADABLE):
+            return np.array(array[first:last]), []
+        values, unreadable = np.full((last - first, *array.shape[1:]), array.fill_value, array.dtype), []
+        for chunk in range(first // self.plan.chunk, -(-last // self.plan.chunk)):
+            begin, end = self.plan.span(chunk)
+            begin, end = max(begin, first), min(end, last)
+            try:
+                values[begin - first : end - first] = array[begin:end]
+            except UNREADABLE:
+                unreadable.append(chunk)
+        return values, unreadable
+
+    def absent(self) -> frozenset[int]:
+        """Return the chunks of which some file is missing, by their names alone: quicker by far than `missing`."""
+        there = set(range(self.plan.chunks))
+        for name in (SEAL, *(each.name for each in self.variables)):
+            # Each chunk has all of the further dimensions, whose place is 0.
+            inner = "/0" * (len(self.arrays[name].shape) - 1)
+            folder = self.folder / RESULTS / name / "c"
+            found = {int(each) for each in os.listdir(folder) if each.isdecimal()} if folder.is_dir() else set()
+            there &= {chunk for chunk in found & there if not inner or (folder / f"{chunk}{inner}").is_file()}
+        return frozenset(range(self.plan.chunks)) - there
 
     def is_done(self, chunk: int) -> bool:
         """Whether all that a chunk should hold is there, by its content."""
@@ -142,7 +196,7 @@ class Store:
                 return False
             first, last = self.plan.span(chunk)
             held = {each.name: np.asarray(self.arrays[each.name][first:last]) for each in self.variables}
-        except (ValueError, RuntimeError, OSError):
+        except UNREADABLE:
             # What cannot be decoded is not there.
             return False
         return digest_of(held) == seal
