@@ -78,7 +78,7 @@ def test_the_command_runs_tells_and_goes_on(tmp_path: Path) -> None:
     file = written(tmp_path, REGIME_SWEEP)
     estimate = call("sweep", file, "--estimate", folder=tmp_path)
     assert (estimate.code, estimate.err) == (0, "")
-    assert estimate.out.startswith("30 members in 1 chunks: about ")
+    assert estimate.out.startswith("30 members in 1 chunk: about ")
     assert not (tmp_path / "out").exists()
     answer = call("sweep", file, "--workers", "0", "--plot", "map.svg", "--reports", "1", folder=tmp_path)
     assert (answer.code, answer.err) == (0, "")

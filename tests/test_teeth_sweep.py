@@ -41,6 +41,7 @@ from tests import (
     test_sweep_crash,
     test_sweep_doors,
     test_sweep_leftovers,
+    test_sweep_maps,
     test_sweep_members,
     test_sweep_store,
     test_sweep_text,
@@ -132,6 +133,12 @@ CHECKS: dict[str, Check] = {
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
+    "scales suit the values": test_sweep_maps.check_scales,
+    "every pair is drawn or named": test_sweep_maps.check_pairs,
+    "the legend shows what is drawn": test_sweep_maps.check_legend,
+    "tables at an axis": test_sweep_maps.check_tables,
+    "held in the middle": test_sweep_maps.check_middle,
+    "neighbours by their values": test_sweep_maps.check_neighbours,
     "the map is of the members": lambda folder: test_sweep_doors.check_map(regime_sweep(folder)),
 }
 
@@ -286,6 +293,24 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         sweep_member, "toml_text", lambda sound: lambda data, told: sound({**data, "initial": {}}, told)
     ),
     "factors of measured points left out": replacing(Shape, "times", lambda _: lambda self, factor: self),
+    "ranges that are always linear": replacing(
+        regimes, "_log", lambda sound: lambda axis: axis.listed and sound(axis)
+    ),
+    "lists that are always linear": replacing(
+        regimes, "_log", lambda sound: lambda axis: not axis.listed and sound(axis)
+    ),
+    "four keys at most": replacing(regimes, "MOST_KEYS", lambda _: 4),
+    "patches for points": replacing(
+        regimes, "_legend", lambda sound: lambda figure, codes, rest, *, mapped: sound(figure, codes, rest, mapped=True)
+    ),
+    "labels cut short": replacing(regimes, "shortened", lambda _: lambda words: [word[:24] for word in words]),
+    "tables as Python writes them": replacing(sweep_axes, "toml_value", lambda _: str),
+    "the middle of the list": replacing(regimes, "_middle", lambda _: lambda axis: axis.values.size // 2),
+    "neighbours in the order of the list": replacing(
+        sweep_interest,
+        "_neighbours",
+        lambda _: lambda store, count: iter([(np.arange(count - 1), np.arange(1, count))]),
+    ),
     "the map turned about": replacing(
         regimes, "_map", lambda sound: lambda ax, sweep, codes, i, j: sound(ax, sweep, codes[::-1], i, j)
     ),
@@ -336,6 +361,14 @@ TEETH = [
     ("a member says what it takes", "the amplitude left out of the text"),
     ("a measured member says what it takes", "the text of the base"),
     ("a measured member says what it takes", "factors of measured points left out"),
+    ("scales suit the values", "ranges that are always linear"),
+    ("scales suit the values", "lists that are always linear"),
+    ("every pair is drawn or named", "four keys at most"),
+    ("the legend shows what is drawn", "patches for points"),
+    ("tables at an axis", "labels cut short"),
+    ("tables at an axis", "tables as Python writes them"),
+    ("held in the middle", "the middle of the list"),
+    ("neighbours by their values", "neighbours in the order of the list"),
     ("the map is of the members", "the map turned about"),
 ]
 """Which check catches which defect."""

@@ -14,6 +14,7 @@ from plastica.study.sweep import Given, plan_of
 from plastica.study.sweep_create import bytes_of, stored_bytes
 from plastica.study.sweep_engines import available_cores, check_engine
 from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_result import plural
 from plastica.study.sweep_tasks import compute
 
 __all__ = ["Estimate", "duration", "estimate", "estimate_sweep"]
@@ -59,9 +60,9 @@ class Estimate:
 
     def __str__(self) -> str:
         return (
-            f"{self.members} members in {self.chunks} chunks: about {duration(self.seconds)} with "
-            f"{self.workers} worker{'s' if self.workers != 1 else ''} and {_size(self.bytes)} on the disk, by "
-            f"{self.pilot} members that took {1e3 * self.seconds_per_member:.3g} ms each"
+            f"{plural(self.members, 'member')} in {plural(self.chunks, 'chunk')}: about {duration(self.seconds)} with "
+            f"{plural(self.workers, 'worker')} and {_size(self.bytes)} on the disk, by "
+            f"{plural(self.pilot, 'member')} that took {1e3 * self.seconds_per_member:.3g} ms each"
         )
 
 

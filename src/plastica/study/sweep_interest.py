@@ -131,7 +131,9 @@ def _neighbours(store: Store, count: int) -> Iterator[tuple[NDArray[np.intp], ND
     """Pairs of members beside one another: along every axis of a grid, else the nearest of each."""
     plan = store.plan
     if plan.members.sampling == "grid" and count == plan.count:
+        # In the order of the values, which a list need not be in.
         places = np.arange(count).reshape(plan.members.shape)
+        places = places[np.ix_(*(np.argsort(axis.values, kind="stable") for axis in plan.axes))]
         for axis in range(places.ndim):
             moved = np.moveaxis(places, axis, 0)
             yield moved[:-1].ravel(), moved[1:].ravel()

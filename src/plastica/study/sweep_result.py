@@ -228,7 +228,8 @@ class Sweep:
 
     def __str__(self) -> str:
         varied = ", ".join(axis.key for axis in self.axes)
-        lines = [f"sweep     {self.members} members over {varied} ({self.plan.members.sampling}), in {self.path}"]
+        count = plural(self.members, "member")
+        lines = [f"sweep     {count} over {varied} ({self.plan.members.sampling}), in {self.path}"]
         lines.append("done      " + ", ".join(f"{count} {status}" for status, count in self.counts.items()))
         if self.regimes:
             told = {regime: count for regime, count in self.regimes.items() if regime != "pending"}
@@ -236,6 +237,11 @@ class Sweep:
         return "\n".join(lines)
 
     __repr__ = __str__
+
+
+def plural(count: int, noun: str) -> str:
+    """Return a number with its noun."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def read_sweep(path: str | Path) -> Sweep:
