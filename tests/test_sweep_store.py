@@ -19,6 +19,7 @@ from plastica.errors import FileError
 from plastica.study import sweep_engines
 from plastica.study.sweep import compute_missing
 from plastica.study.sweep_store import Store, digest_of, open_store
+from plastica.study.toml import toml_text
 from tests.commandline import call, scenario, written
 
 OVER = {"load.thrust": {"from": 0.5, "to": 4.0, "count": 12}}
@@ -262,6 +263,59 @@ def test_another_sweep_is_not_mixed_in(whole: pl.Sweep, tmp_path: Path) -> None:
     with pytest.raises(FileError, match="holds another sweep"):
         pl.sweep(scenario(), OVER, store=found.path, workers=0)
     assert contents(found) == before
+
+
+SHAPE = 'curvature = { csv = "shape.csv" }'
+BASE = scenario(initial=SHAPE)
+
+OTHERS: dict[str, tuple[str, dict[str, Any], dict[str, Any], str]] = {
+    "a key": (scenario(initial=SHAPE, load="thrust = 2.5"), OVER, {}, "`load.thrust` is 2.0 there and 2.5 here"),
+    "a key more": (
+        scenario(initial=SHAPE, grid="nodes = 12\nbreaks = [0.5]"),
+        *(OVER, {}, "`grid.breaks` is not given there and [0.5] here"),
+    ),
+    "a section less": (
+        *(scenario(initial=None), OVER, {}),
+        '`initial.curvature.csv` is "shape.csv" there and not given here',
+    ),
+    "values": (
+        *(BASE, {"load.thrust": [1.0]}, {}),
+        "`sweep.over.load.thrust` is { from = 0.5, to = 4.0, count = 12 } there and [1.0] here",
+    ),
+    "outputs": (BASE, OVER, {"outputs": ["final"]}, '`sweep.outputs` is not given there and ["final"] here'),
+    "chunks": (BASE, OVER, {"chunk": 4}, "`sweep.chunk` is 3 there and 4 here"),
+    "an input file": (BASE, OVER, {}, "the file shape.csv has changed"),
+    "versions": (BASE, OVER, {}, "it was begun with numpy 1.0, and this is "),
+}
+
+
+def check_differences_are_told(folder: Path, kind: str) -> None:
+    """A store that holds another sweep is refused with what differs, and with nothing that does not."""
+    points = "\n".join(f"{i / 20}, {0.1 * i / 20}" for i in range(21))
+    (folder / "shape.csv").write_text(points)
+    file, target = written(folder, BASE), folder / "s.sweep"
+    pl.sweep(file, OVER, store=target, chunk=CHUNK, workers=0)
+    text, over, table, said = OTHERS[kind]
+    written(folder, text)
+    if kind == "an input file":
+        (folder / "shape.csv").write_text(points + " ")
+    if kind == "versions":
+        told = json.loads((target / "sweep.json").read_text())
+        _changed(target, versions={**told["versions"], "numpy": "1.0"}, identity="another")
+    with pytest.raises(FileError) as refused:
+        pl.sweep(file, over, store=target, workers=0, **{"chunk": CHUNK, **table})
+    words = str(refused.value)
+    assert said in words, words
+    assert words.count(" here") + words.count("begun with") + words.count("has changed") <= 3, words
+    written(folder, text + toml_text({"sweep": {"chunk": CHUNK, "over": OVER}}))
+    answer = call("sweep", file, "--store", target, "--status", "--json", folder=folder)
+    assert answer.code == 0
+    assert ("holds another sweep" in answer.err) == (not table and over is OVER), answer.err
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_what_differs_is_told(kind: str, tmp_path: Path) -> None:
+    check_differences_are_told(tmp_path, kind)
 
 
 def test_an_input_file_that_has_changed_makes_another_sweep(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from plastica.study import (
     sweep_batch,
     sweep_cluster,
     sweep_create,
+    sweep_differences,
     sweep_engines,
     sweep_interest,
     sweep_member,
@@ -35,7 +36,7 @@ from plastica.study import (
     sweep_trial,
 )
 from plastica.study.reading import document_of
-from plastica.study.sweep_store import Store
+from plastica.study.sweep_store import Store, open_store
 from tests import (
     test_sweep,
     test_sweep_crash,
@@ -108,6 +109,8 @@ CHECKS: dict[str, Check] = {
     "a missing seal is mended": damaged("a seal is missing"),
     "an overwritten status is told": absent("a status is no chunk"),
     "an absent variable is told": absent("a variable is missing"),
+    "a key that differs is told": lambda folder: test_sweep_store.check_differences_are_told(folder, "a key"),
+    "versions that differ are told": lambda folder: test_sweep_store.check_differences_are_told(folder, "versions"),
     "interrupted anywhere": interrupted,
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
@@ -240,6 +243,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         Store, "_read", lambda sound: lambda self, *where: refusing(sound(self, *where))
     ),
     "a status is enough": replacing(Store, "absent", lambda _: lambda self: frozenset()),
+    "keys that nobody compares": replacing(sweep_differences, "_unlike", lambda _: lambda *both: iter(())),
+    "any sweep will do": replacing(sweep_create, "_taken_up", lambda _: lambda target, made: open_store(target)),
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
     "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
@@ -326,6 +331,9 @@ TEETH = [
     ("a missing seal is mended", "a store that forgets a chunk"),
     ("an overwritten status is told", "a chunk that is none stops all"),
     ("an absent variable is told", "a status is enough"),
+    ("a key that differs is told", "keys that nobody compares"),
+    ("a key that differs is told", "any sweep will do"),
+    ("versions that differ are told", "keys that nobody compares"),
     ("interrupted anywhere", "a store that forgets a chunk"),
     ("interrupted anywhere", "the seal written first"),
     ("interrupted anywhere", "the status written first"),

@@ -92,6 +92,7 @@ def _opened(scenario: Path, store: Path | None, status: bool) -> Store:
     """The store of a sweep: found where a folder is named, else made or taken up."""
     from plastica.study.sweep import default_store
     from plastica.study.sweep_create import create
+    from plastica.study.sweep_differences import differences
     from plastica.study.sweep_store import open_store
 
     if scenario.is_dir():
@@ -101,10 +102,15 @@ def _opened(scenario: Path, store: Path | None, status: bool) -> Store:
         if not status:
             found.check_versions()
         return found
-    if status:
-        return open_store(store or default_store(_plan(scenario)))
     plan = _plan(scenario)
-    return create(store or default_store(plan), plan)
+    target = store or default_store(plan)
+    if not status:
+        return create(target, plan)
+    found = open_store(target)
+    other = differences(found, plan)
+    if other:
+        say(f"`{target}` holds another sweep than {scenario} says, and it is that which is told: {other}")
+    return found
 
 
 def _computed(store: Store, engine: tuple[str, int | None, str | None], *, quiet: bool) -> int:

@@ -16,6 +16,7 @@ from plastica.errors import FileError
 from plastica.files import as_path
 from plastica.study.building import inside
 from plastica.study.sweep_aside import folder_aside, remove_leftovers
+from plastica.study.sweep_differences import differences
 from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
@@ -89,9 +90,7 @@ def _taken_up(target: Path, plan: Plan) -> Store:
     found = open_store(target)
     if found.identity != plan.identity:
         raise FileError(
-            "holds another sweep, or one that was begun with other versions of plastica or its libraries",
-            where=str(target),
-            next_step="Name another store.",
+            f"holds another sweep: {differences(found, plan)}", where=str(target), next_step="Name another store."
         )
     return Store(target, plan, plan.identity, plan.versions)
 
