@@ -136,6 +136,40 @@ def test_options_that_cannot_be_used(arguments: tuple[str, ...], said: str, tmp_
     assert not (tmp_path / "out").exists()
 
 
+def check_refused_before(folder: Path) -> None:
+    """What could not be drawn or written in the end is refused before a store is made."""
+    kept = written(folder, REGIME_SWEEP)
+    without = written(folder, REGIME_SWEEP.replace('"final", "verdict"', '"final"'), "without.toml")
+    (folder / "map.png").mkdir()
+    for file, arguments, said in (
+        (kept, ("--plot", "a.txt"), "`--plot` must end in one of"),
+        (kept, ("--plot", "nowhere/a.png"), "`--plot` must be a file in a folder that exists"),
+        (kept, ("--plot", "strut.toml/a.png"), "`--plot` must be a file in a folder that exists"),
+        (kept, ("--plot", "map.png"), "`--plot` must be a file in a folder that exists"),
+        (without, ("--plot", "a.png"), "must have kept the verdict of its members"),
+    ):
+        answer = call("sweep", file, "--workers", "0", *arguments, folder=folder)
+        assert answer.code == 2, arguments
+        assert said in answer.err, answer.err
+        assert not (folder / "out").exists(), arguments
+    store = pl.sweep(kept, store=folder / "s.sweep", workers=0).path
+    (store / "results.zarr" / "tip_y" / "c" / "0").unlink()
+    (store / "reports").write_text("mine")
+    for arguments in ((), ("--status",)):
+        answer = call("sweep", store, "--workers", "0", "--reports", "1", *arguments, folder=folder)
+        assert answer.code == 2, arguments
+        assert "`--reports` needs the folder" in answer.err, answer.err
+        assert not (store / "results.zarr" / "tip_y" / "c" / "0").exists()
+    # What is there may be drawn or written about without anything being computed.
+    (store / "reports").unlink()
+    answer = call("sweep", store, "--status", "--plot", "b.png", "--reports", "1", folder=folder)
+    assert (answer.code, (folder / "b.png").is_file()) == (0, True)
+
+
+def test_what_is_wanted_is_checked_first(tmp_path: Path) -> None:
+    check_refused_before(tmp_path)
+
+
 RIGHT = ("tcp://127.0.0.1:8786", "host:8786", "tls://a-b.example.org:1", "tcp://[::1]:65535", "ws://[fe80::1%eth0]:80")
 WRONG = (
     *("localhost", "", "foo://bar:1", "tcp://127.0.0.1:abc", "tcp://h:0", "tcp://h:65536"),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from plastica.doors import sweep as doors
 from plastica.errors import PlasticaError
 from plastica.physics.initial import Shape
 from plastica.show import regimes
@@ -115,6 +116,7 @@ CHECKS: dict[str, Check] = {
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
     "a hopeless chunk is told": test_sweep_crash.check_hopeless_chunk,
+    "what is wanted is checked first": test_sweep_doors.check_refused_before,
     "addresses are judged": lambda _: test_sweep_doors.check_addresses(),
     "the wait for workers is told": test_sweep_crash.check_wait_is_told,
     "members do not touch one another": independent,
@@ -252,6 +254,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "any age is enough": lambda patch: patch.setattr(sweep_aside, "LONG", -1.0),
     "any name is ours": replacing(sweep_aside, "re", lambda _: re_without_limits()),
     "a dead worker's chunk given to nobody": replacing(sweep_engines._Crew, "_mourn", no_chunk_given_back),
+    "what is wanted judged in the end": replacing(doors, "_check_wanted", lambda _: lambda *wanted: None),
+    "any folder will do": replacing(doors, "_may_write", lambda _: lambda folder: True),
     "any address will do": replacing(sweep_engines, "check_address", lambda _: lambda scheduler: None),
     "a protocol of nobody's": replacing(
         sweep_cluster, "_ADDRESS", lambda sound: re.compile(sound.pattern.replace("tcp|", "tcp|foo|"))
@@ -344,6 +348,8 @@ TEETH = [
     ("others' folders stay", "any age is enough"),
     ("others' folders stay", "any name is ours"),
     ("a hopeless chunk is told", "a dead worker's chunk given to nobody"),
+    ("what is wanted is checked first", "what is wanted judged in the end"),
+    ("what is wanted is checked first", "any folder will do"),
     ("addresses are judged", "any address will do"),
     ("addresses are judged", "a protocol of nobody's"),
     ("the wait for workers is told", "a silent wait"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -32,6 +33,9 @@ SAID_EVERY: Final = 30.0
 """Seconds between two lines on the progress where there is no terminal."""
 
 MOST_REPORTS: Final = 100
+REPORTS: Final = "reports"
+"""The folder of the pages within that of the sweep."""
+
 WORTH_A_LOOK: Final = 5
 
 
@@ -67,12 +71,10 @@ def sweep(
     from plastica.study.sweep_engines import check_engine
 
     check_engine(engine, workers, scheduler)
-    if picture is not None and picture.suffix.lower() not in SUFFIXES:
-        raise ArgumentError(f"must end in one of {', '.join(SUFFIXES)}", where="--plot", value=str(picture))
     if estimate:
         return _estimated(_plan(scenario), workers, as_json)
     began = time.perf_counter()
-    opened = _opened(scenario, store, status)
+    opened = _opened(scenario, store, status, lambda plan, target: _check_wanted(plan, target, picture, reports))
     if not status:
         code = _computed(opened, (engine, workers, scheduler), quiet=quiet or as_json)
         if code != DONE:
@@ -88,8 +90,30 @@ def _plan(scenario: Path) -> Plan:
     return open_store(scenario).plan if scenario.is_dir() else plan_of(scenario, {})
 
 
-def _opened(scenario: Path, store: Path | None, status: bool) -> Store:
-    """The store of a sweep: found where a folder is named, else made or taken up."""
+def _check_wanted(plan: Plan, target: Path, picture: Path | None, reports: int) -> None:
+    """Refuse a picture or pages that could not be written in the end, before anything is computed."""
+    if picture is not None:
+        from plastica.show.regimes import check_drawable
+
+        if picture.suffix.lower() not in SUFFIXES:
+            raise ArgumentError(f"must end in one of {', '.join(SUFFIXES)}", where="--plot", value=str(picture))
+        if not _may_write(picture.parent) or picture.is_dir():
+            rule = "must be a file in a folder that exists and may be written to"
+            raise ArgumentError(rule, where="--plot", value=str(picture))
+        check_drawable(plan)
+    if reports and target.is_dir():
+        folder = target / REPORTS
+        if not _may_write(folder if folder.exists() else target):
+            rule = f"needs the folder {folder} to write to, which cannot be made or written to"
+            raise ArgumentError(rule, where="--reports")
+
+
+def _may_write(folder: Path) -> bool:
+    return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def _opened(scenario: Path, store: Path | None, status: bool, check: Callable[[Plan, Path], None]) -> Store:
+    """The store of a sweep, what is wanted of it checked: found where a folder is named, else made or taken up."""
     from plastica.study.sweep import default_store
     from plastica.study.sweep_create import create
     from plastica.study.sweep_differences import differences
@@ -99,14 +123,17 @@ def _opened(scenario: Path, store: Path | None, status: bool) -> Store:
         if store is not None:
             raise ArgumentError("must be left out where the folder of a sweep is given", where="--store")
         found = open_store(scenario)
+        check(found.plan, scenario)
         if not status:
             found.check_versions()
         return found
     plan = _plan(scenario)
     target = store or default_store(plan)
     if not status:
+        check(plan, target)
         return create(target, plan)
     found = open_store(target)
+    check(found.plan, target)
     other = differences(found, plan)
     if other:
         say(f"`{target}` holds another sweep than {scenario} says, and it is that which is told: {other}")
@@ -198,7 +225,7 @@ def _reports(found: Sweep, count: int) -> list[Path]:
     from plastica.errors import PlasticaError
     from plastica.show.report import report
 
-    folder, written = found.path / "reports", []
+    folder, written = found.path / REPORTS, []
     folder.mkdir(exist_ok=True)
     for each in found.interesting(count):
         try:

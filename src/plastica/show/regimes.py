@@ -17,13 +17,14 @@ from plastica.errors import ArgumentError
 from plastica.show.style import OKABE_ITO, drawing, new_figure
 from plastica.study.sweep_axes import Axis
 from plastica.study.sweep_outputs import REGIMES
+from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_result import Sweep, plural
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["regimes_figure"]
+__all__ = ["check_drawable", "regimes_figure"]
 
 Array = NDArray[np.float64]
 
@@ -84,19 +85,7 @@ def regimes_figure(sweep: Sweep) -> Figure:
     ArgumentError
         Where the verdict was not kept, or there are too many members for a picture.
     """
-    if "verdict" not in sweep.plan.outputs:
-        raise ArgumentError(
-            'must have kept the verdict of its members (outputs = ["verdict"])',
-            where="result",
-            next_step="Draw what was kept from its dataset.",
-        )
-    if sweep.members > MOST_MEMBERS:
-        raise ArgumentError(
-            f"must have at most {MOST_MEMBERS} members to be drawn",
-            where="result",
-            value=sweep.members,
-            next_step="Read a part of its results with xarray.open_zarr, and draw that.",
-        )
+    check_drawable(sweep.plan)
     codes = sweep.store.read(["regime"], 0, sweep.members, sweep.store.absent())["regime"].astype(int)
     codes = np.where(codes < 0, len(REGIMES), codes)
     pairs = list(combinations(range(min(len(sweep.axes), MOST_KEYS)), 2))
@@ -117,6 +106,29 @@ def regimes_figure(sweep: Sweep) -> Figure:
         count = plural(sweep.members, "member") + ("" if sweep.complete else f", {sweep.done} of them done")
         figure.suptitle(f"{title}: {count}", x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
+
+
+def check_drawable(plan: Plan) -> None:
+    """Refuse sweeps that cannot be drawn, which can be told before they are computed.
+
+    Raises
+    ------
+    ArgumentError
+        As of `regimes_figure`.
+    """
+    if "verdict" not in plan.outputs:
+        raise ArgumentError(
+            'must have kept the verdict of its members (outputs = ["verdict"])',
+            where="result",
+            next_step="Draw what was kept from its dataset.",
+        )
+    if plan.count > MOST_MEMBERS:
+        raise ArgumentError(
+            f"must have at most {MOST_MEMBERS} members to be drawn",
+            where="result",
+            value=plan.count,
+            next_step="Read a part of its results with xarray.open_zarr, and draw that.",
+        )
 
 
 def _legend(figure: Figure, codes: NDArray[np.int_], left_out: list[str], *, mapped: bool) -> None:
