@@ -148,7 +148,10 @@ def check_refused_before(folder: Path) -> None:
         (kept, ("--plot", "map.png"), "`--plot` must be a file in a folder that exists"),
         (without, ("--plot", "a.png"), "must have kept the verdict of its members"),
     ):
-        answer = call("sweep", file, "--workers", "0", *arguments, folder=folder)
+        try:
+            answer = call("sweep", file, "--workers", "0", *arguments, folder=folder)
+        except (OSError, ValueError, KeyError) as error:
+            raise AssertionError(f"{arguments} came to {error!r}") from error
         assert answer.code == 2, arguments
         assert said in answer.err, answer.err
         assert not (folder / "out").exists(), arguments

@@ -238,6 +238,43 @@ def test_what_killed_writers_leave_is_removed(whole: pl.Sweep, tmp_path: Path) -
     assert contents(found) == contents(whole)
 
 
+def check_tidied_while_writing(folder: Path) -> None:
+    """A process that ends, and tidies, while another writes a chunk takes nothing from that one."""
+    found = made(folder)
+    before, store = contents(found), open_store(found.path)
+    columns = store.read([each.name for each in store.variables], 0, CHUNK)
+    for done in (True, False):
+        if not done:
+            # Then it has to be written once more.
+            (found.results / "seal" / "c" / "0" / "0").unlink()
+        with pytest.MonkeyPatch.context() as patch:
+            tidied = _tidy_before_rename(patch, found.path)
+            try:
+                store.write(0, columns)
+            except FileNotFoundError as error:
+                raise AssertionError("what was being written was taken away") from error
+        assert tidied
+        assert contents(found) == before
+
+
+def _tidy_before_rename(patch: pytest.MonkeyPatch, store: Path) -> list[str]:
+    """Tidy as another process would, once, when a file is about to be renamed; return which."""
+    sound, tidied = Path.replace, []
+
+    def replace(self: Path, target: Path) -> Path:
+        if self.suffix == ".partial" and not tidied:
+            tidied.append(self.name)
+            open_store(store).tidy()
+        return sound(self, target)
+
+    patch.setattr(Path, "replace", replace)
+    return tidied
+
+
+def test_tidied_while_writing(tmp_path: Path) -> None:
+    check_tidied_while_writing(tmp_path)
+
+
 def test_partial_results_are_readable(whole: pl.Sweep, tmp_path: Path) -> None:
     found = copied(whole, tmp_path)
     for name in ("seal/c/1/0", "tip_y/c/1", "status/c/1", "regime/c/1", "natural_curvature/c/1"):

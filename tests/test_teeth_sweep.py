@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -112,6 +113,7 @@ CHECKS: dict[str, Check] = {
     "an absent variable is told": absent("a variable is missing"),
     "a key that differs is told": lambda folder: test_sweep_store.check_differences_are_told(folder, "a key"),
     "versions that differ are told": lambda folder: test_sweep_store.check_differences_are_told(folder, "versions"),
+    "a writer survives being tidied": test_sweep_store.check_tidied_while_writing,
     "interrupted anywhere": interrupted,
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
@@ -170,6 +172,11 @@ def refusing(read: Any) -> Any:
     """What cannot be read makes the whole store unreadable."""
     assert not read[1], "is damaged"
     return read
+
+
+def write_once(self: Store, chunk: int, columns: Any) -> None:
+    with suppress(FileNotFoundError):
+        self._write(chunk, columns)
 
 
 def status_first(self: Store, chunk: int, columns: Any) -> None:
@@ -247,6 +254,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a status is enough": replacing(Store, "absent", lambda _: lambda self: frozenset()),
     "keys that nobody compares": replacing(sweep_differences, "_unlike", lambda _: lambda *both: iter(())),
     "any sweep will do": replacing(sweep_create, "_taken_up", lambda _: lambda target, made: open_store(target)),
+    "a writer that gives up": lambda patch: patch.setattr(Store, "write", Store._write),
+    "a writer that takes all for done": lambda patch: patch.setattr(Store, "write", write_once),
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
     "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
@@ -338,6 +347,8 @@ TEETH = [
     ("a key that differs is told", "keys that nobody compares"),
     ("a key that differs is told", "any sweep will do"),
     ("versions that differ are told", "keys that nobody compares"),
+    ("a writer survives being tidied", "a writer that gives up"),
+    ("a writer survives being tidied", "a writer that takes all for done"),
     ("interrupted anywhere", "a store that forgets a chunk"),
     ("interrupted anywhere", "the seal written first"),
     ("interrupted anywhere", "the status written first"),

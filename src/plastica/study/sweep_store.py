@@ -211,7 +211,18 @@ class Store:
             return np.asarray(np.asarray(self.arrays[SEAL][:]).any(axis=1))
 
     def write(self, chunk: int, columns: Columns) -> None:
-        """Write a chunk: its variables first, the status last of them, its seal last of all."""
+        """Write a chunk: its variables first, the status last of them, its seal last of all.
+
+        Another process that has seen the sweep complete may have taken what is half written here for left behind (see
+        `tidy`). Then the chunk is done, by another; if it is not, it is written once more.
+        """
+        try:
+            self._write(chunk, columns)
+        except FileNotFoundError:
+            if not self.is_done(chunk):
+                self._write(chunk, columns)
+
+    def _write(self, chunk: int, columns: Columns) -> None:
         first, last = self.plan.span(chunk)
         for name in sorted(columns, key=lambda each: each == "status"):
             self.arrays[name][first:last] = columns[name]
