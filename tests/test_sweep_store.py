@@ -383,18 +383,56 @@ def test_other_versions_do_not_go_on_with_a_sweep(whole: pl.Sweep, tmp_path: Pat
         list(answers)
 
 
-@pytest.mark.parametrize("what", ["a file", "an empty folder", "another folder"])
+@pytest.mark.parametrize("what", ["a file", "another folder", "a link to an empty folder"])
 def test_what_is_no_sweep_is_left_alone(what: str, tmp_path: Path) -> None:
     target = tmp_path / "s.sweep"
     if what == "a file":
         target.write_text("mine")
-    else:
+    elif what == "another folder":
         target.mkdir()
-        if what == "another folder":
-            (target / "notes.txt").write_text("mine")
-    with pytest.raises(FileError, match="is no folder of a sweep"):
+        (target / "notes.txt").write_text("mine")
+    else:
+        (tmp_path / "empty").mkdir()
+        target.symlink_to(tmp_path / "empty")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(FileError, match=r"is there already, and is no folder of a sweep\. Name a folder that does not"):
         made(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["s.sweep"]
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def check_empty_folder(folder: Path, whole: pl.Sweep) -> None:
+    """A folder that is there and empty is taken, with its rights."""
+    target = folder / "s.sweep"
+    target.mkdir()
+    target.chmod(0o2775)
+    try:
+        found = made(folder)
+    except FileError as error:
+        raise AssertionError("refused") from error
+    assert contents(found) == contents(whole)
+    assert target.stat().st_mode & 0o7777 == 0o2775
+    assert [path.name for path in folder.iterdir()] == ["s.sweep"]
+
+
+def test_an_empty_folder_is_taken(whole: pl.Sweep, tmp_path: Path) -> None:
+    check_empty_folder(tmp_path, whole)
+
+
+def check_coordinates(folder: Path) -> None:
+    """Whoever opens the store itself with xarray finds what is varied, and only that, among the coordinates."""
+    import xarray
+
+    over = {"load.thrust": [1.0, 2.0], "material.parameters.k": [1.0, 2.0]}
+    options: dict[str, Any] = {"outputs": ["state", "histories"], "times": [1.0, 2.0], "workers": 0}
+    found = pl.sweep(scenario(), over, store=folder / "xarray.sweep", **options)
+    with xarray.open_zarr(found.results, consolidated=False) as data:
+        assert set(data.coords) == {*over, "t", "s", "s_weight"} == set(found.dataset.coords)
+        assert data["load.thrust"].dims == ("member",)
+        assert data["curvature"].coords["load.thrust"].values.tolist() == [1.0, 1.0, 2.0, 2.0]
+
+
+def test_what_is_varied_is_a_coordinate(tmp_path: Path) -> None:
+    check_coordinates(tmp_path)
 
 
 HOSTILE: dict[str, Any] = {

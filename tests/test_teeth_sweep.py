@@ -75,6 +75,11 @@ def interrupted(folder: Path) -> None:
     test_sweep_store.check_interrupted_anywhere(folder, test_sweep_store.made(folder, "whole.sweep"))
 
 
+def empty_folder(folder: Path) -> None:
+    (folder / "taken").mkdir()
+    test_sweep_store.check_empty_folder(folder / "taken", test_sweep_store.made(folder, "whole.sweep"))
+
+
 def independent(_: Path) -> None:
     over = {"load.thrust": {"from": 0.5, "to": 6.0, "count": 4}}
     test_sweep.check_nothing_depends_on_the_chunk(plan(over))
@@ -114,6 +119,8 @@ CHECKS: dict[str, Check] = {
     "a key that differs is told": lambda folder: test_sweep_store.check_differences_are_told(folder, "a key"),
     "versions that differ are told": lambda folder: test_sweep_store.check_differences_are_told(folder, "versions"),
     "a writer survives being tidied": test_sweep_store.check_tidied_while_writing,
+    "an empty folder is taken": empty_folder,
+    "what is varied is a coordinate": test_sweep_store.check_coordinates,
     "interrupted anywhere": interrupted,
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,
@@ -172,6 +179,17 @@ def refusing(read: Any) -> Any:
     """What cannot be read makes the whole store unreadable."""
     assert not read[1], "is damaged"
     return read
+
+
+def without_coordinates(sound: Any) -> Any:
+    """The group does not say which of its arrays are coordinates."""
+
+    def fill(path: Path, made: Any) -> None:
+        sound(path, made)
+        file = path / "zarr.json"
+        file.write_text(file.read_text().replace('"coordinates"', '"others"'))
+
+    return fill
 
 
 def write_once(self: Store, chunk: int, columns: Any) -> None:
@@ -256,6 +274,8 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "any sweep will do": replacing(sweep_create, "_taken_up", lambda _: lambda target, made: open_store(target)),
     "a writer that gives up": lambda patch: patch.setattr(Store, "write", Store._write),
     "a writer that takes all for done": lambda patch: patch.setattr(Store, "write", write_once),
+    "an empty folder taken for something": replacing(sweep_create, "_empty", lambda _: lambda target: False),
+    "nothing but variables": replacing(sweep_create, "_fill_results", without_coordinates),
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
     "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
@@ -349,6 +369,8 @@ TEETH = [
     ("versions that differ are told", "keys that nobody compares"),
     ("a writer survives being tidied", "a writer that gives up"),
     ("a writer survives being tidied", "a writer that takes all for done"),
+    ("an empty folder is taken", "an empty folder taken for something"),
+    ("what is varied is a coordinate", "nothing but variables"),
     ("interrupted anywhere", "a store that forgets a chunk"),
     ("interrupted anywhere", "the seal written first"),
     ("interrupted anywhere", "the status written first"),

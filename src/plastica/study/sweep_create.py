@@ -55,7 +55,7 @@ def create(folder: str | Path, plan: Plan) -> Store:
     Parameters
     ----------
     folder : str or Path
-        Where it shall be; the folder above is made if need be.
+        Where it shall be; the folder above is made if need be. A folder that is empty is replaced.
     plan : Plan
         The sweep.
 
@@ -70,23 +70,35 @@ def create(folder: str | Path, plan: Plan) -> Store:
     """
     target = as_path(folder, "store")
     remove_leftovers(target)
-    if target.exists():
+    if target.exists() and not _empty(target):
         return _taken_up(target, plan)
     _check_disk(target, plan)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with folder_aside(target) as aside:
-            aside.chmod(0o755)
+            # An empty folder that is there is replaced, by one that whoever may use it may use as well.
+            aside.chmod(target.stat().st_mode & 0o7777 if target.exists() else 0o755)
             _fill(aside, plan)
             aside.rename(target)
     except OSError as error:
-        if target.exists():
+        if target.exists() and not _empty(target):
             return _taken_up(target, plan)
         raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
     return Store(target, plan, plan.identity, plan.versions)
 
 
+def _empty(target: Path) -> bool:
+    """Whether there is a folder with nothing in it, which a sweep may take the place of."""
+    return target.is_dir() and not target.is_symlink() and not any(target.iterdir())
+
+
 def _taken_up(target: Path, plan: Plan) -> Store:
+    if not (target / PLAN).is_file():
+        raise FileError(
+            "is there already, and is no folder of a sweep",
+            where=str(target),
+            next_step="Name a folder that does not exist yet, or is empty.",
+        )
     found = open_store(target)
     if found.identity != plan.identity:
         raise FileError(
@@ -130,7 +142,14 @@ def _fill(folder: Path, plan: Plan) -> None:
 def _fill_results(path: Path, plan: Plan) -> None:
     import zarr
 
-    about = {"title": plan.base.title or "a sweep", "plastica_sweep": SCHEMA, "sampling": plan.members.sampling}
+    varied = [axis.key for axis in plan.axes] + (["s_weight"] if "state" in plan.outputs else [])
+    about = {
+        "title": plan.base.title or "a sweep",
+        "plastica_sweep": SCHEMA,
+        "sampling": plan.members.sampling,
+        # As xarray reads it: what is varied comes as coordinates.
+        "coordinates": " ".join(varied),
+    }
     group = zarr.create_group(path, zarr_format=3, attributes=about)
     for variable in variables_of(plan):
         _make(group, plan, variable)
