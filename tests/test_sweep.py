@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
-from plastica.errors import ArgumentError, PlasticaError
+from plastica.errors import ArgumentError, InadmissibleError, PlasticaError
 from plastica.study import sweep_schema, sweep_versions
 from plastica.study.sweep_outputs import REGIMES, STATUSES
 from plastica.study.sweep_plan import Plan
@@ -158,6 +158,54 @@ def check_nothing_depends_on_the_chunk(made: Plan) -> None:
         for name, column in whole.items():
             joined = np.concatenate([part[name] for part in parts])
             assert joined.tobytes() == column.tobytes(), name
+
+
+DIPPING = (
+    'preference = "k*m**2/2"\nflow = "pos(x)**2"\nthreshold = "h*((p - 2)**2 - 0.004)"\n'
+    "parameters = { k = 1.0, h = 0.1, p = 0.0 }"
+)
+FADING = (
+    'preference = "k*(cosh(m) - 1)"\nflow = "pos(x)**2"\nthreshold = "exp(-m**2) + (p - 2)**2 - 0.008"\n'
+    "parameters = { k = 1.0, p = 0.0 }"
+)
+INADMISSIBLE: dict[str, tuple[str, dict[str, Any]]] = {
+    "by formula": (DIPPING, {"material.parameters.p": {"from": 0.0, "to": 4.0, "count": 401}}),
+    "by formula, under programs": (
+        DIPPING,
+        {
+            "material.parameters.p": {"from": 0.0, "to": 4.0, "count": 101},
+            "load.thrust": ["2 + sin(t)", {"program": "constant", "value": 1.0}],
+        },
+    ),
+    "on a range": (
+        FADING,
+        {"material.parameters.p": {"from": 0.0, "to": 4.0, "count": 401}, "initial.natural_curvature": [0.1, -0.2]},
+    ),
+}
+
+
+def check_inadmissible_members(name: str) -> None:
+    """Members of a batch are refused where their material is as they would be alone, and only these."""
+    material, over = INADMISSIBLE[name]
+    made = plan(over, scenario(material=material, solve="until = 0.1"))
+    assert made.batched
+    rows = values(made)
+    refused = compute(made, rows)["status"] == STATUSES.index("refused")
+    assert 0 < refused.sum() < len(rows) / 2
+    for i in {*np.flatnonzero(np.diff(refused.astype(int))), *np.flatnonzero(np.diff(refused.astype(int))) + 1}:
+        try:
+            made.scenario(rows[i])
+        except InadmissibleError:
+            assert refused[i], i
+        else:
+            assert not refused[i], i
+    allowed = plan(over, scenario(material=f"{material}\nallow_inadmissible = true", solve="until = 0.1"))
+    assert not (compute(allowed, rows)["status"] == STATUSES.index("refused")).any()
+
+
+@pytest.mark.parametrize("name", INADMISSIBLE)
+def test_inadmissible_members_are_refused(name: str) -> None:
+    check_inadmissible_members(name)
 
 
 JUMPS = ["0.1*cos(s)", "2 - step(s - 0.5)", {"pieces": [1.0, 2.0], "breaks": [0.3]}, "1 + step(s - 0.5)"]

@@ -16,6 +16,7 @@ import pytest
 import plastica as pl
 from plastica.doors import sweep as doors
 from plastica.errors import PlasticaError
+from plastica.material import rows
 from plastica.physics.initial import Shape
 from plastica.show import regimes
 from plastica.study import (
@@ -28,6 +29,7 @@ from plastica.study import (
     sweep_differences,
     sweep_engines,
     sweep_interest,
+    sweep_judged,
     sweep_member,
     sweep_members,
     sweep_plan,
@@ -40,6 +42,7 @@ from plastica.study import (
 from plastica.study.reading import document_of
 from plastica.study.sweep_store import Store, open_store
 from tests import (
+    test_material_rows,
     test_sweep,
     test_sweep_crash,
     test_sweep_doors,
@@ -144,6 +147,15 @@ CHECKS: dict[str, Check] = {
     "lists go together": accepted(test_sweep_members.check_lists_are_tried_as_they_go_together),
     "shapes that jump do not touch one another": jumping,
     "states share their nodes": lambda _: test_sweep.check_states_share_their_nodes(),
+    "inadmissible members are refused": lambda _: test_sweep.check_inadmissible_members("by formula"),
+    "on their own range": lambda _: test_sweep.check_inadmissible_members("on a range"),
+    "wells are found": lambda _: test_material_rows.check_sorted_as_judged("wells that are hardly too deep"),
+    "lopsided laws are found": lambda _: test_material_rows.check_sorted_as_judged("lopsided"),
+    "laws are seen far out": lambda _: test_material_rows.check_sorted_as_judged("negative far out"),
+    "kinks are found": lambda _: test_material_rows.check_sorted_as_judged("powers"),
+    "flows that turn are found": lambda _: test_material_rows.check_sorted_as_judged("flow that turns back"),
+    "levelling off is left to the judge": lambda _: test_material_rows.check_sorted_as_judged("energy that levels off"),
+    "unrest is left to the judge": lambda _: test_material_rows.check_sorted_as_judged("not at rest at 0"),
     "boundaries are boundaries": lambda folder: test_sweep.check_interesting(regime_sweep(folder)),
     "a member says what it takes": lambda folder: test_sweep_text.check_text(folder, "a formula"),
     "a measured member says what it takes": lambda folder: test_sweep_text.check_text(folder, "measured points"),
@@ -226,6 +238,11 @@ def texts_by_equals(sound: Any) -> Any:
 
 def one_batch(_: Any) -> Any:
     return lambda made, columns, shapes: [np.ones(len(next(iter(columns.values()))), dtype=bool)]
+
+
+def unseen(*given: Any) -> Any:
+    """A hypothesis that always holds."""
+    return np.zeros(len(next(each for each in reversed(given) if isinstance(each, tuple))[0]), dtype=np.int8)
 
 
 def spoil_existence(patch: Patch) -> None:
@@ -315,6 +332,22 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "lists tried one key at a time": replacing(sweep_trial, "_refused_members", lambda _: sweep_trial._refused_values),
     "one grid for all shapes": replacing(sweep_batch, "_alike", one_batch),
     "states of any grid": replacing(sweep_plan.Plan, "keeps", lambda _: lambda self, grid: True),
+    "no material is judged": replacing(
+        sweep_batch, "inadmissible", lambda _: lambda made, v, thrust, shapes: np.zeros(len(v), dtype=bool)
+    ),
+    "any doubt is enough": replacing(
+        sweep_judged, "_judged", lambda _: lambda made, v, codes: np.asarray(codes != rows.HOLDS)
+    ),
+    "no doubt is enough": replacing(
+        sweep_judged, "_judged", lambda _: lambda made, v, codes: np.asarray(codes == rows.FAILS)
+    ),
+    "the ladder alone": replacing(rows, "_wells", lambda _: lambda law, x, v, some: iter(())),
+    "one side alone": replacing(rows, "_even", lambda _: unseen),
+    "near 0 alone": lambda patch: patch.setattr(rows, "LADDER", rows.LADDER[:100]),
+    "kinks not looked for": replacing(rows, "_without_kink", lambda _: unseen),
+    "flows not looked at": lambda patch: patch.setattr(rows, "EXCESS", rows.EXCESS[:40]),
+    "growth not looked at": replacing(rows, "_growing", lambda _: unseen),
+    "rest not looked at": replacing(rows, "_flat_at_0", lambda _: unseen),
     "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
@@ -403,6 +436,16 @@ TEETH = [
     ("lists go together", "lists tried one key at a time"),
     ("shapes that jump do not touch one another", "one grid for all shapes"),
     ("states share their nodes", "states of any grid"),
+    ("inadmissible members are refused", "no material is judged"),
+    ("on their own range", "any doubt is enough"),
+    ("on their own range", "no doubt is enough"),
+    ("wells are found", "the ladder alone"),
+    ("lopsided laws are found", "one side alone"),
+    ("laws are seen far out", "near 0 alone"),
+    ("kinks are found", "kinks not looked for"),
+    ("flows that turn are found", "flows not looked at"),
+    ("levelling off is left to the judge", "growth not looked at"),
+    ("unrest is left to the judge", "rest not looked at"),
     ("boundaries are boundaries", "any members for neighbours"),
     ("a member says what it takes", "the text of the base"),
     ("a member says what it takes", "the amplitude left out of the text"),

@@ -19,7 +19,7 @@ from plastica.material.halfline import HalfLine, half_line, sign_changes, touchi
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["DEFAULT_BOUND", "Examined", "jump_at", "positive_zero"]
+__all__ = ["DEFAULT_BOUND", "Examined", "is_smooth", "jump_at", "magnitude", "positive_zero"]
 
 DEFAULT_BOUND: Final = 100.0
 """The range of a numerical judgement, in units of the law's own scale, where no a-priori bound is given."""
@@ -84,14 +84,14 @@ class Examined:
 
     def size(self, grid: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the scale of rounding: the sum of the terms' magnitudes."""
-        return self.compiled(_magnitude(self.expression.tree))(grid)
+        return self.compiled(magnitude(self.expression.tree))(grid)
 
     def suspects(self) -> list[float]:
         """Return where the formula may fail to be smooth: kinks, jumps, poles, roots and logarithms of 0."""
         variable, found = symbol(self.letter), {0.0}
         for node in self.expression.tree.atoms(sp.Function, sp.Pow):
             inner = node.args[0]
-            if not fn.depends(inner, variable) or _is_smooth(node, self.values, variable):
+            if not fn.depends(inner, variable) or is_smooth(node, self.values, variable):
                 continue
             function = self.compiled(sp.cos(inner) if isinstance(node, sp.tan) else inner)
             found.update(z + 0.0 for z in sign_changes(function, self.grid) + touching(function, self.grid))
@@ -112,16 +112,17 @@ def positive_zero(expression: Expression, values: Mapping[str, float], scale: fl
     return None
 
 
-def _magnitude(tree: Any) -> Any:
+def magnitude(tree: Any) -> Any:
     """Replace every sum by the sum of its terms' magnitudes."""
     if tree.is_Add or tree.is_Mul:
-        return tree.func(*map(_magnitude, tree.args))
+        return tree.func(*map(magnitude, tree.args))
     if tree.is_Pow and tree.args[1].is_Integer and tree.args[1] > 0:
-        return _magnitude(tree.args[0]) ** tree.args[1]
+        return magnitude(tree.args[0]) ** tree.args[1]
     return abs(tree) if tree.is_Number else fn.absolute(tree)
 
 
-def _is_smooth(node: Any, values: Mapping[str, float], variable: Any) -> bool:
+def is_smooth(node: Any, values: Mapping[str, float], variable: Any) -> bool:
+    """Tell whether a function or power is smooth in its argument, whatever that is."""
     if isinstance(node, sp.Pow):
         exponent = node.args[1]
         number = math.nan if fn.depends(exponent, variable) else constant_value(exponent, values)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.many import CHUNK, solve_many
-from plastica.numerics.grid import AUTO_NODES, Grid
+from plastica.numerics.grid import Grid
 from plastica.physics.batch import batch_laws
-from plastica.physics.initial import initial_shape, nodal_values
+from plastica.physics.initial import initial_shape
 from plastica.physics.program import Program
 from plastica.physics.strut import Strut
 from plastica.study import schema
@@ -19,6 +19,7 @@ from plastica.study.building import initial, number
 from plastica.study.loads import load
 from plastica.study.problems import Problems
 from plastica.study.sweep_axes import AMPLITUDE, Axis
+from plastica.study.sweep_judged import inadmissible, shape_at_nodes
 from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REFUSED, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
 from plastica.study.sweep_regimes import keeps_a_set, regime_codes
@@ -48,6 +49,7 @@ def compute_together(plan: Plan, values: Array) -> Columns:
         raise TypeError("a batch is of struts")
     thrust, shapes = _thrust(plan, columns), _shapes(plan, columns)
     usable = _all_there(thrust, len(values)) & _all_there(shapes, len(values))
+    usable[usable] &= ~inadmissible(plan, values[usable], _chosen(thrust, usable), _chosen(shapes, usable))
     made = empty_chunk(plan, len(values))
     batches = [usable & some for some in _alike(plan, columns, shapes)]
     _fill_refused(made, ~np.logical_or.reduce([np.zeros_like(usable), *batches]))
@@ -196,10 +198,7 @@ def _uniform(plan: Plan, curvature: Array, natural: Array) -> _Start:
 
 def _angle(plan: Plan, curvature: Any) -> float:
     """Largest tangent angle of an initial shape."""
-    model = plan.base.model
-    grid = model.grid.with_nodes(AUTO_NODES[3]) if model.grid.nodes == "auto" else model.grid
-    shape, grid = initial_shape(curvature, grid, model.scales, si=model.specimen is not None)
-    mu = nodal_values(shape, grid)
+    grid, mu = shape_at_nodes(plan, curvature)
     return float(np.abs(grid.even_integrals @ mu).max())
 
 
