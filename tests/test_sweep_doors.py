@@ -96,6 +96,14 @@ def test_the_command_runs_tells_and_goes_on(tmp_path: Path) -> None:
     assert json.loads(status.out)["status"] == {"done": 30}
 
 
+def test_an_estimate_is_of_this_machine(tmp_path: Path) -> None:
+    file = written(tmp_path, REGIME_SWEEP)
+    answer = call("sweep", file, "--estimate", "--engine", "dask", "--scheduler", "tcp://h:1", folder=tmp_path)
+    assert answer.code == 0
+    assert "of this machine, which does not know the workers of tcp://h:1" in answer.err
+    assert "of this machine and" in answer.out
+
+
 def test_failed_members_make_the_exit_code_1(tmp_path: Path) -> None:
     text = (
         scenario(solve="until = 2.0\nmax_steps = 25")

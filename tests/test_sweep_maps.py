@@ -155,4 +155,4 @@ def test_one_is_singular(tmp_path: Path) -> None:
     assert pl.plot(found).get_suptitle() == "A strut: 1 member"
     told = str(pl.estimate_sweep(scenario(), {"load.thrust": [1.0]}, workers=1))
     assert told.startswith("1 member in 1 chunk: about ")
-    assert "with 1 worker and" in told
+    assert "with 1 worker of this machine and" in told

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import shutil
 import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -488,13 +490,32 @@ def test_values_that_were_damaged_are_refused(whole: pl.Sweep, tmp_path: Path) -
         pl.read_sweep(found.path).store.values(3, 6)
 
 
-def test_a_store_that_would_not_fit_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def check_disk_is_told(folder: Path) -> None:
+    """A disk that is too small is told with what is needed, of which the margin is a part; nothing is made."""
     from plastica.study import sweep_create
 
-    monkeypatch.setattr(sweep_create, "bytes_of", lambda _: 10**18)
-    with pytest.raises(FileError, match="would take up to 1e\\+09 GB, and only"):
-        made(tmp_path)
-    assert list(tmp_path.iterdir()) == []
+    text = scenario() + toml_text({"sweep": {"over": OVER}})
+    file = written(folder, text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep_create.shutil, "disk_usage", lambda _: SimpleNamespace(free=205_000))
+        for store in ((), ("--store", "elsewhere")):
+            answer = call("sweep", file, *store, folder=folder)
+            assert answer.code == 2
+            said = re.search(r"needs (.*) free on the disk .*100 MB to spare\), and (.*) are\.", answer.err)
+            assert said is not None, answer.err
+            assert said.groups() == ("100 MB", "205 kB")
+        estimate = call("sweep", file, "--estimate", folder=folder)
+        assert "The disk has too little room: 100 MB must be free, 205 kB are" in estimate.out
+        patch.setattr(sweep_create.shutil, "disk_usage", lambda _: SimpleNamespace(free=101_000_000))
+        assert "too little room" not in call("sweep", file, "--estimate", folder=folder).out
+        assert [path.name for path in folder.iterdir()] == ["strut.toml"]
+        patch.setattr(sweep_create, "bytes_of", lambda _: 10**18)
+        with pytest.raises(FileError, match=r"needs 1\.1e\+06 TB free on the disk \(up to 1e\+06 TB of results"):
+            made(folder)
+
+
+def test_a_store_that_would_not_fit_is_refused(tmp_path: Path) -> None:
+    check_disk_is_told(tmp_path)
 
 
 def test_the_digest_tells_names_types_shapes_and_values() -> None:

@@ -72,7 +72,9 @@ def sweep(
 
     check_engine(engine, workers, scheduler)
     if estimate:
-        return _estimated(_plan(scenario), workers, as_json)
+        if scheduler is not None:
+            say(f"the time is that of this machine, which does not know the workers of {scheduler}")
+        return _estimated(_plan(scenario), workers, scenario if scenario.is_dir() else store, as_json)
     began = time.perf_counter()
     opened = _opened(scenario, store, status, lambda plan, target: _check_wanted(plan, target, picture, reports))
     if not status:
@@ -180,10 +182,10 @@ def _meter(*, wanted: bool) -> Iterator[Callable[[Progress], None]]:
         yield tell
 
 
-def _estimated(plan: Plan, workers: int | None, as_json: bool) -> int:
+def _estimated(plan: Plan, workers: int | None, store: Path | None, as_json: bool) -> int:
     from plastica.study.sweep_estimate import estimate
 
-    found: Estimate = estimate(plan, workers)
+    found: Estimate = estimate(plan, workers, store)
     if as_json:
         print_json(vars(found))
     else:

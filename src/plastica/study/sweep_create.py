@@ -21,10 +21,13 @@ from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
 
-__all__ = ["bytes_of", "create", "stored_bytes"]
+__all__ = ["bytes_of", "create", "room", "size", "stored_bytes"]
 
 LEAST_FREE: Final = 1.1
-"""How many times the uncompressed size of a sweep must be free on the disk, beside a hundred megabytes."""
+"""How many times the uncompressed size of a sweep must be free on the disk, beside what is to spare."""
+
+SPARE: Final = 100_000_000
+"""Bytes that must be free beside that: for folders, names, logs, and all else that uses the disk."""
 
 AT_A_TIME: Final = 500_000
 """Members whose values are written at a time."""
@@ -107,13 +110,30 @@ def _taken_up(target: Path, plan: Plan) -> Store:
     return Store(target, plan, plan.identity, plan.versions)
 
 
-def _check_disk(target: Path, plan: Plan) -> None:
+def room(target: Path, plan: Plan) -> tuple[int, int]:
+    """Return how many bytes must be free on the disk of a store before it is made, and how many are.
+
+    One that is there already is not made again: it needs none.
+    """
     above = next(parent for parent in target.absolute().parents if parent.exists())
-    needed = bytes_of(plan)
-    free = shutil.disk_usage(above).free
-    if LEAST_FREE * needed + 1e8 > free:
+    needed = 0 if (target / PLAN).is_file() else int(LEAST_FREE * bytes_of(plan)) + SPARE
+    return needed, shutil.disk_usage(above).free
+
+
+def size(count: float) -> str:
+    """Write bytes for people: three digits, in a unit that suits them."""
+    for unit, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if count >= unit:
+            return f"{count / unit:.3g} {name}"
+    return f"{count:.0f} bytes"
+
+
+def _check_disk(target: Path, plan: Plan) -> None:
+    needed, free = room(target, plan)
+    if needed > free:
         raise FileError(
-            f"would take up to {needed / 1e9:.3g} GB, and only {free / 1e9:.3g} GB are free there",
+            f"needs {size(needed)} free on the disk (up to {size(bytes_of(plan))} of results, a tenth more, and "
+            f"{size(SPARE)} to spare), and {size(free)} are",
             where=str(target),
             next_step="Keep fewer outputs or members, or name a store on another disk.",
         )

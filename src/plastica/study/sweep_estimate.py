@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.study.sweep import Given, plan_of
-from plastica.study.sweep_create import bytes_of, stored_bytes
+from plastica.study.sweep import Given, default_store, plan_of
+from plastica.study.sweep_create import bytes_of, room, size, stored_bytes
 from plastica.study.sweep_engines import available_cores, check_engine
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_result import plural
@@ -47,6 +48,8 @@ class Estimate:
         On the disk, compressed as those of the pilot were.
     largest_bytes : int
         Without compression.
+    needed_bytes, free_bytes : int
+        What must be free on the disk before the sweep is begun, and what is.
     """
 
     members: int
@@ -57,28 +60,27 @@ class Estimate:
     seconds: float
     bytes: int
     largest_bytes: int
+    needed_bytes: int
+    free_bytes: int
 
     def __str__(self) -> str:
-        return (
+        told = (
             f"{plural(self.members, 'member')} in {plural(self.chunks, 'chunk')}: about {duration(self.seconds)} with "
-            f"{plural(self.workers, 'worker')} and {_size(self.bytes)} on the disk, by "
+            f"{plural(self.workers, 'worker')} of this machine and {size(self.bytes)} on the disk, by "
             f"{plural(self.pilot, 'member')} that took {1e3 * self.seconds_per_member:.3g} ms each"
         )
+        if self.needed_bytes > self.free_bytes:
+            needed, free = size(self.needed_bytes), size(self.free_bytes)
+            told += f". The disk has too little room: {needed} must be free, {free} are"
+        return told
 
 
 def duration(seconds: float) -> str:
     """Write a time for people: two digits, in a unit that suits it."""
-    for size, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.2g} {unit}" if seconds < 100 * size else f"{seconds / size:.0f} {unit}"
+    for whole, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * whole:
+            return f"{seconds / whole:.2g} {unit}" if seconds < 100 * whole else f"{seconds / whole:.0f} {unit}"
     return f"{seconds:.2g} s" if seconds < 100.0 else f"{seconds:.0f} s"
-
-
-def _size(count: float) -> str:
-    for size, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
-        if count >= size:
-            return f"{count / size:.3g} {unit}"
-    return f"{count:.0f} bytes"
 
 
 def estimate_sweep(
@@ -107,8 +109,8 @@ def estimate_sweep(
     return estimate(plan_of(scenario, {"over": over, **table}), workers)
 
 
-def estimate(plan: Plan, workers: int | None = None) -> Estimate:
-    """Tell what a planned sweep will take; see `estimate_sweep`."""
+def estimate(plan: Plan, workers: int | None = None, store: Path | None = None) -> Estimate:
+    """Tell what a planned sweep will take in a store, by default the usual one; see `estimate_sweep`."""
     count = max(1, min(available_cores() if workers is None else workers or 1, plan.chunks))
     values = _some(plan, PILOT_TOGETHER if plan.batched else PILOT_SINGLY)
     # The first call reads laws and libraries, which a long sweep does once.
@@ -118,6 +120,7 @@ def estimate(plan: Plan, workers: int | None = None) -> Estimate:
     each = (time.perf_counter() - began) / len(values)
     share = stored_bytes(plan, columns) / max(1, sum(column.nbytes for column in columns.values()))
     largest = bytes_of(plan)
+    needed, free = room(store or default_store(plan), plan)
     return Estimate(
         members=plan.count,
         chunks=plan.chunks,
@@ -127,6 +130,8 @@ def estimate(plan: Plan, workers: int | None = None) -> Estimate:
         seconds=START_UP + (plan.count * each + plan.chunks * PER_CHUNK) / count,
         bytes=int(share * largest),
         largest_bytes=largest,
+        needed_bytes=needed,
+        free_bytes=free,
     )
 
 
