@@ -176,4 +176,5 @@ def _column(head: Any, cells: list[str], file: Path, *, si: bool) -> Axis:
     try:
         return column(key, given, si=si)
     except ArgumentError as error:
-        raise FileError(f"has a column `{key}` that cannot be used: {error}", where=str(file)) from None
+        said = str(error).removesuffix(".")
+        raise FileError(f"has a column `{key}` that cannot be used: {said}", where=str(file)) from None

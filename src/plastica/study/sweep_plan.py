@@ -175,7 +175,7 @@ class Plan:
         if not self.keeps(made.problem.strut.grid):
             ends = ", ".join(f"{each:.6g} L" for each in self.base.problem.strut.grid.breaks[1:-1]) or "nowhere"
             rule = f'must jump or bend where that of the scenario does ({ends}), as outputs hold "state"'
-            raise ArgumentError(rule, where="initial.curvature", next_step="Leave that out.")
+            raise ArgumentError(rule, where="initial.curvature", next_step='Leave "state" out of them.')
         return made if factor is None else replace(made, curvature=amplified(made.model, made.curvature, factor))
 
     def keeps(self, grid: Grid) -> bool:
