@@ -136,4 +136,5 @@ def test_processes_that_cannot_start(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 1
-    assert "`workers` must be processes that can start" in done.stderr.splitlines()[-1]
+    # What the interpreter says of the processes it clears away may come after it.
+    assert "ArgumentError: `workers` must be processes that can start" in done.stderr
