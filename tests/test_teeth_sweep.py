@@ -38,6 +38,7 @@ from tests import (
     test_sweep_crash,
     test_sweep_doors,
     test_sweep_leftovers,
+    test_sweep_making,
     test_sweep_maps,
     test_sweep_members,
     test_sweep_store,
@@ -71,7 +72,7 @@ def interrupted(folder: Path) -> None:
 
 def empty_folder(folder: Path) -> None:
     (folder / "taken").mkdir()
-    test_sweep_store.check_empty_folder(folder / "taken", test_sweep_store.made(folder, "whole.sweep"))
+    test_sweep_making.check_empty_folder(folder / "taken", test_sweep_store.made(folder, "whole.sweep"))
 
 
 def independent(_: Path) -> None:
@@ -91,12 +92,12 @@ CHECKS: dict[str, Check] = {
     "a missing seal is mended": damaged("a seal is missing"),
     "an overwritten status is told": absent("a status is no chunk"),
     "an absent variable is told": absent("a variable is missing"),
-    "a key that differs is told": lambda folder: test_sweep_store.check_differences_are_told(folder, "a key"),
-    "versions that differ are told": lambda folder: test_sweep_store.check_differences_are_told(folder, "versions"),
+    "a key that differs is told": lambda folder: test_sweep_making.check_differences_are_told(folder, "a key"),
+    "versions that differ are told": lambda folder: test_sweep_making.check_differences_are_told(folder, "versions"),
     "a writer survives being tidied": test_sweep_store.check_tidied_while_writing,
-    "a small disk is told": test_sweep_store.check_disk_is_told,
+    "a small disk is told": test_sweep_making.check_disk_is_told,
     "an empty folder is taken": empty_folder,
-    "what is varied is a coordinate": test_sweep_store.check_coordinates,
+    "what is varied is a coordinate": test_sweep_making.check_coordinates,
     "interrupted anywhere": interrupted,
     "a killed creation leaves nothing": test_sweep_leftovers.check_killed,
     "others' folders stay": test_sweep_leftovers.check_others,

@@ -111,12 +111,14 @@ def _on_this_machine(distributed: Any, store: Store, chunks: Sequence[int], coun
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
+        finished = False
         try:
             yield from _submitted(client, store, chunks, lambda: None)
-        except BaseException:
+            finished = True
+        finally:
             # Whatever they are at is not wanted any more; to wait for it would take seconds.
-            cluster.sync(_dismiss, list(cluster.workers.values()))
-            raise
+            if not finished:
+                cluster.sync(_dismiss, list(cluster.workers.values()))
 
 
 async def _dismiss(nannies: Sequence[Any]) -> None:
@@ -154,8 +156,7 @@ def _reach(distributed: Any, scheduler: str, waits: Waits) -> None:
     OSError
         Where it does not answer in the time that Dask has for that.
     """
-    import dask
-
+    dask = import_module("dask")
     longest = dask.utils.parse_timedelta(dask.config.get("distributed.comm.timeouts.connect"), default="s")
     runner = distributed.utils.LoopRunner()
     runner.start()
