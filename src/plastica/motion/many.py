@@ -153,8 +153,7 @@ def solve_many(
         asked,
         float(rtol),
         _atol(atol),
-        # What NumPy computes should stay in the cache; a library on a device is best given all at once.
-        Options(_SHARE * float(rtol), MOST_STEPS, WIDTH if arrays.writable else max(WIDTH, int(chunk))),
+        Options(_SHARE * float(rtol), MOST_STEPS, _width(arrays, int(chunk))),
         tuple(also),
     )
 
@@ -166,6 +165,14 @@ def solve_many(
     run = _Runs(settings, arrays, int(chunk), int(workers), progress)
     part = run(given(strut)) if strut.grid.nodes != "auto" else _on_chosen_nodes(run, strut, given)
     return _dataset(strut, part, times)
+
+
+def _width(arrays: Arrays, chunk: int) -> int:
+    """Columns of a block: few where they should stay in the cache, which machine code sees to by itself."""
+    if arrays.compiled:
+        return 4 * WIDTH
+    # A library on a device is best given all at once.
+    return WIDTH if arrays.writable else max(WIDTH, chunk)
 
 
 _SHARE: Final = 0.25
