@@ -17,8 +17,8 @@ import numpy as np
 import plastica as pl
 from benchmarks.timing import machine
 from plastica.study.sweep import plan_of
+from plastica.study.sweep_cluster import computed_on_cluster
 from plastica.study.sweep_create import create, stored_bytes
-from plastica.study.sweep_engines import computed_on_cluster
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_store import open_store
 from plastica.study.sweep_tasks import compute

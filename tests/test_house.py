@@ -10,6 +10,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -304,6 +305,19 @@ def test_the_text_check_has_teeth() -> None:
     for text in ("see /ho" + "me/someone/x", "from https:" + "//index.example.com/simple", "see iss" + "ue 7"):
         with pytest.raises(AssertionError):
             check_text(Path("a"), text)
+
+
+BENCHMARKS = sorted((ROOT / "benchmarks").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", BENCHMARKS, ids=lambda path: path.stem)
+def test_benchmarks_know_what_there_is(path: Path) -> None:
+    """Whatever a benchmark takes from the package is there; the benchmarks themselves take minutes and are not run."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.ImportFrom) and node.module is not None and node.module.startswith("plastica"):
+            for alias in node.names:
+                if not hasattr(import_module(node.module), alias.name):
+                    import_module(f"{node.module}.{alias.name}")
 
 
 def release(text: str) -> tuple[int, ...]:

@@ -352,13 +352,13 @@ def test_progress_tells_members_rate_and_time_left(tmp_path: Path) -> None:
 def test_an_estimate_is_told_beforehand(tmp_path: Path) -> None:
     over = {"load.thrust": {"from": 0.5, "to": 3.0, "count": 600}}
     told = pl.estimate_sweep(scenario(), over, workers=1)
-    assert (told.members, told.chunks, told.workers, told.pilot) == (600, 2, 1, 512)
+    assert (told.members, told.chunks, told.workers, told.pilot) == (600, 1, 1, 512)
     found = pl.sweep(scenario(), over, store=tmp_path / "s.sweep", workers=0)
     held = sum(path.stat().st_size for path in found.results.rglob("*") if path.is_file() and "c" in path.parts)
     assert 0.5 * held <= told.bytes <= 2.0 * held
     assert told.bytes <= told.largest_bytes
     assert 600 * told.seconds_per_member <= told.seconds
-    assert "600 members in 2 chunks: about " in str(told)
+    assert "600 members in 1 chunk: about " in str(told)
 
 
 def test_the_example_shows_what_its_head_says(tmp_path: Path) -> None:

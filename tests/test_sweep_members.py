@@ -392,5 +392,5 @@ def test_another_sampling_takes_the_place_of_the_files(tmp_path: Path) -> None:
 
 def test_the_number_of_chunks_stays_bounded() -> None:
     made = plan({"load.thrust": {"from": 0.5, "to": 3.0, "count": 3}})
-    for count, chunk in ((3, 512), (100_000, 1000), (10**6, 8192), (10**9, 100_000)):
+    for count, chunk in ((3, 2048), (100_000, 2048), (10**6, 8192), (10**9, 100_000)):
         assert _chunk(replace(made, members=replace(made.members, sampling="random", count=count))) == chunk

@@ -114,7 +114,7 @@ def solve_many(
         Processes. More than one needs the usual ``if __name__ == "__main__":`` in a script.
     library : str, optional
         "numpy", "numba", "cupy", "torch", "jax" or "array_api_strict"; by default that of the arrays given. "numba"
-        is NumPy with the steps in machine code, three times as fast; it needs ``pip install "plastica[fast]"``.
+        is NumPy with the steps in machine code, twice as fast or more; it needs ``pip install "plastica[fast]"``.
     device : object, optional
         A device of the library, such as "cuda".
     progress : callable, optional

@@ -101,7 +101,7 @@ def sweep(
     chunk : int, optional
         Members of a task; by default chosen by their number.
     library : str, optional
-        "numpy" (the default), or "numba": members that are computed together then take a third of the time.
+        "numpy" (the default), or "numba": members that are computed together then take half of the time.
     engine : str
         "local" (processes of this machine) or "dask" (`dask.distributed`).
     workers : int, optional

@@ -135,7 +135,7 @@ def _chunk(plan: Plan) -> int:
     A hundredth of all, within bounds that come to a few seconds at most; and never more than about ten thousand chunks,
     each of which is a file for every variable. Nothing else counts, so that a sweep has the same chunks anywhere.
     """
-    least, most = (512, 8192) if plan.batched else (1, 64)
+    least, most = (2048, 8192) if plan.batched else (1, 64)
     even = min(max(-(-plan.count // 100), least), most)
     return max(even, -(-plan.count // 10_000))
 
