@@ -147,7 +147,7 @@ def test_machine(name: str) -> None:
 
 CLAIMS = (
     *("agreement_with_solve", "programs", "units", "neighbours", "order_and_number", "nodes_chosen"),
-    *("frozen", "rest", "mirror"),
+    *("frozen", "rest", "unrest", "law_of_parameters_alone", "mirror"),
 )
 STRAIGHT = (PROGRAMS[0], PROGRAMS[2], PROGRAMS[4], PROGRAMS[5])
 """Thrusts that are straight lines on their legs."""

@@ -336,6 +336,21 @@ def check_rest() -> None:
         assert every.steps.max() <= 150
 
 
+def check_unrest(rtol: float = 1e-6) -> None:
+    """What is small because it has died away is not taken for rest where it grows, under a later load."""
+    late = pl.programs.table([0.0, 40.0, 40.0, 1040.0], [0.0, 0.0, 5.0, 5.0])
+    strut = pl.Strut(MATERIAL, pl.Load(), pl.Grid(16))
+    found = pl.solve_many(strut, "0.05*cos(s)", thrust=[late], until=240.0, rtol=rtol)
+    assert abs(float(found.tip_angle[0])) > 2.9
+
+
+def check_law_of_parameters_alone() -> None:
+    """A flow that does not depend on the drive moves no member by what its neighbour's is."""
+    strut = pl.Strut(pl.Material("k*m**2/2", "c", "h", {"k": 1.0, "c": 1.0, "h": 0.1}), pl.Load(), pl.Grid(12))
+    found = pl.solve_many(strut, 1.0, 0.2, 2.0, {"c": [1.0, 3.0]}, until=2.0)
+    assert found.natural_curvature.values.tolist() == [0.2, 0.2]
+
+
 def check_mirror() -> None:
     """Members that are mirror images of each other stay so, bit for bit."""
     thrust, own, natural, _ = drawn(20)

@@ -106,7 +106,7 @@ DEFECTS: dict[str, tuple[Defect, Callable[[], None]]] = {
     "one function for another": (_other_code("tanh", "atan"), test_machine.check_tapes),
     "a step for a positive part": (_other_code("pos", "above"), test_machine.check_tapes),
     "steps that keep stirring": (
-        lambda patch: patch.setattr(block, "CALMER", 1e3),
+        lambda patch: patch.setattr(block, "CALMER", 1.0),
         _in_machine_code(test_many.check_rest),
     ),
     "a weight that pulls a little more": (

@@ -54,6 +54,16 @@ def _one_error_for_all(sound: Any) -> Any:
     return spoiled
 
 
+def _hasty(sound: Any) -> Any:
+    """Whatever a leg begins with counts as slower than before."""
+
+    def spoiled(self: Block, *arguments: Any) -> None:
+        sound(self, *arguments)
+        self.speed = np.full_like(self.speed, np.inf)
+
+    return spoiled
+
+
 def _belittled(sound: Any) -> Any:
     def spoiled(self: Block, h: Any) -> Any:
         new, error, still = sound(self, h)
@@ -163,6 +173,7 @@ DEFECTS: dict[str, tuple[Defect, Callable[[], None]]] = {
     ),
     "corners taken lightly": (lambda patch: patch.setattr(block, "STRICTER", 1.0), test_many.check_corners),
     "at rest too early": (lambda patch: patch.setattr(block, "AT_REST", 1e4), test_many.check_rest),
+    "growth taken for rest": (_changed(Block, "on_legs", _hasty), test_many.check_unrest),
     "never at rest": (lambda patch: patch.setattr(block, "AT_REST", 0.0), test_many.check_rest),
     "a natural curvature that is never at rest": (
         _changed(Struts, "_natural_rate", _restless),

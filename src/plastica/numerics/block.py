@@ -28,8 +28,7 @@ ORDER: Final = 8
 
 MEMORY: Final = 0.04
 """Exponent of the former error in the choice of the step (Gustafsson's controller; Hairer and Wanner, IV.2). Where
-stability bounds the step, as it does late in every motion, it spares five rejected steps in six, at a quarter of the
-median error."""
+stability bounds the step, as late in every motion, it spares five rejected steps in six, at a quarter of the error."""
 
 CALM: Final = 1e-4
 """The least that a former error counts as."""
@@ -40,10 +39,10 @@ estimates of the error take too lightly. Under a cycling thrust it brings the la
 
 AT_REST: Final = 0.01
 """Share of the tolerance: where the whole way to go, at the present rate, comes to less, the state is that of the end.
-Only asked where the switching row is at rest and time does not matter, so that what changes dies away."""
+Only asked where time does not matter, the switching row is at rest and what changes is dying away."""
 
 ROUNDING: Final = 2.5e-13
-"""Share of the state: less than this is not asked of the way to go, for rounding alone makes it seem as long."""
+"""Share of the state: less is not asked of the way to go, which rounding alone makes seem as long."""
 
 DYING: Final = 100.0
 """Time within which what is near rest dies away. Where it takes a hundred times as long, one tolerance is missed."""
@@ -53,7 +52,7 @@ NEAR_REST: Final = 1e4
 keep stirring up errors of the size of the tolerance, and hide rest."""
 
 CALMER: Final = 1e5
-"""How much more exact, as far as rounding lets them; with 1000 a third of all struts at rest were never seen to be."""
+"""How much more exact, as far as rounding lets them."""
 
 # Where the state and the slopes lie in the stack, so that what a stage needs lies together. Slopes are times the step.
 _STATE: Final = 2
@@ -120,9 +119,8 @@ class Block:
         The states and, while a step is made, its slopes times the step.
     p : array, shape (parameters, width)
         Parameters of the columns.
-    t, h, end, longest, atol, ceiling, former : array, shape (width,)
-        Time, size of the next step, where to land, longest step, tolerance, how much the step may grow, and the error
-        of the last accepted step.
+    t, h, end, longest, atol, ceiling, former, speed : array, shape (width,)
+        Time, next step, where to land, longest step, tolerance, how much the step may grow, last error and speed.
     fresh : array of bool, shape (width,)
         Which columns have yet to choose their first step.
     alive : ndarray of bool, shape (width,)
@@ -147,6 +145,7 @@ class Block:
     atol: AnyArray
     ceiling: AnyArray
     former: AnyArray
+    speed: AnyArray
     fresh: AnyArray
     alive: Truth
     ids: Indices
@@ -166,8 +165,6 @@ class Block:
         self._at_rest = max(AT_REST, ROUNDING / self.rtol)
         self._into = {name: arrays.into(name) for name in ("multiply", "matmul", "divide", "maximum", "add", "abs")}
         self._views = _Views(self.stack) if arrays.writable else None
-
-    # -- what the host does between steps ----------------------------------------------------------------------
 
     def place(self, columns: Indices, ids: Indices, y: Array, t: float, atol: Array) -> None:
         """Let members into columns: their numbers, first states, time and tolerances."""
@@ -189,6 +186,7 @@ class Block:
         self.fresh, self._any_fresh = put(self.fresh, columns, fresh), self._any_fresh or bool(fresh.any())
         self.ceiling = put(self.ceiling, columns, np.full(len(columns), MOST))
         self.former = put(self.former, columns, np.where(fresh, CALM, self.arrays.host(self.former)[columns]))
+        self.speed = put(self.speed, columns, np.zeros(len(columns)))
         self.p = put(self.p, columns, parameters)
 
     def release(self, columns: Indices) -> None:
@@ -200,7 +198,7 @@ class Block:
         """Return a block of another width with the members of these columns."""
         block, count = self.make(width), len(columns)
         to = np.arange(count)
-        for name in ("p", "t", "h", "end", "longest", "atol", "ceiling", "former", "fresh"):
+        for name in ("p", "t", "h", "end", "longest", "atol", "ceiling", "former", "speed", "fresh"):
             taken = self.arrays.host(getattr(self, name))[..., columns]
             setattr(block, name, self.arrays.put_columns(getattr(block, name), to, taken))
         state = self.arrays.put_columns(block.stack[_STATE, :, :], to, self.states(columns))
@@ -223,8 +221,6 @@ class Block:
         """The sizes of the next steps, on the host."""
         return np.asarray(self.arrays.host(self.h)[columns])
 
-    # -- a step ------------------------------------------------------------------------------------------------
-
     def step(self) -> tuple[Truth, Truth]:
         """Try one step of every column.
 
@@ -246,12 +242,15 @@ class Block:
         landing = 1.01 * wanted >= left
         h = xp.where(landing, left, wanted)
         new, error, change = self._new_state_and_error(h)
-        to_go = change * xp.clip(left, 0.0, DYING) / h
+        # What grows from step to step is not on its way to rest, however small it is.
+        speed = change / h
+        to_go = xp.where(speed > self.speed, speed + np.inf, speed) * xp.clip(left, 0.0, DYING)
         error = xp.where(to_go <= NEAR_REST, self._calmer * error, error)
         landing = landing | (to_go <= self._at_rest)
         accepted = (error <= 1.0) & self._alive
         self.stack = arrays.put(self.stack, _STATE, arrays.chosen(accepted, new, self.stack[_STATE, ...]))
         self.t = xp.where(accepted, xp.where(landing, self.end, self.t + h), self.t)
+        self.speed = xp.where(accepted, speed, self.speed)
         self._next_steps(h, error, accepted, landing)
         self.steps += self.alive
         stuck = self._alive & ~accepted & (h <= 1e-13 * xp.abs(self.t) + 1e-18 * xp.abs(self.end))
@@ -392,7 +391,7 @@ def block_of(
         lambda other: block_of(system, arrays, rtol, other, parameters, machine),
         stack=filled(0.0, _STACK, system.rows),
         p=filled(0.0, parameters),
-        **{name: filled(1.0) for name in ("t", "h", "end", "longest", "atol", "ceiling", "former")},
+        **{name: filled(1.0) for name in ("t", "h", "end", "longest", "atol", "ceiling", "former", "speed")},
         fresh=arrays.mask(np.zeros(width)),
         alive=np.zeros(width, dtype=bool),
         **{name: np.zeros(width, dtype=np.intp) for name in ("ids", "leg", "steps")},

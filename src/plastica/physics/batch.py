@@ -209,14 +209,18 @@ class Struts:
         """(mean curvature, mu_nat, p) -> f(D - Theta) - f(-Theta - D)."""
         laws, rows = batch_laws(self.strut, self.varying, arrays.xp), self._parameter_rows
         slope, threshold, flow = laws.preference_slope, laws.threshold, laws.flow
-        both = arrays.empty(2, width)
+        both, xp = arrays.empty(2, width), arrays.xp
 
         def natural_rate(mean: AnyArray, mu_nat: AnyArray, p: AnyArray) -> AnyArray:
             own = [p[i, ...] for i in rows]
             drive = mean - mu_nat - slope(mu_nat, *own)
             bound = threshold(mu_nat, *own)
             flows = flow(arrays.pair(drive - bound, -bound - drive, both), *own)
-            return flows[0, ...] - flows[1, ...] if hasattr(flows, "shape") else 0.0 * drive
+            if not hasattr(flows, "shape"):
+                return 0.0 * drive
+            # A law may depend on its parameters alone.
+            flows = xp.broadcast_to(flows, (2, width))
+            return flows[0, ...] - flows[1, ...]
 
         return natural_rate
 
