@@ -6,7 +6,7 @@ few Chebyshev nodes, wherever the last coefficients show these to be as good as 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Final
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from plastica.equilibria.apart import ends_apart, product_apart
 from plastica.equilibria.elastica import Ends
-from plastica.material.anywhere import function_of
 from plastica.material.material import Laws
 from plastica.numerics.arrays import LANES
 from plastica.numerics.brackets import bracketed
+from plastica.physics.batch import LawOf, law_of
 from plastica.physics.strut import Strut
 
 __all__ = [
@@ -39,7 +39,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Codes = NDArray[np.int8]
-LawOf = Callable[..., object]
 
 FARTHEST: Final = 200.0
 """Clamp curvature up to which the way along the curve of equilibria is followed."""
@@ -113,14 +112,8 @@ def laws_of_many(strut: Strut, varying: Sequence[str], own: Array) -> ManyLaws:
     """
     if not varying:
         return laws_of_all(strut.laws)
-    numbers = {name: value for name, value in strut.material.values.items() if name not in varying}
-
     def law(name: str, order: int) -> LawOf:
-        scales = getattr(strut.laws, name)
-        tree = scales.expression.derivative(order).tree if order else scales.expression.tree
-        scale = scales.value_scale * scales.argument_scale**order
-        variable = scales.expression.variable
-        return function_of(tree, variable, numbers, varying, np, scales.argument_scale, scale)
+        return law_of(strut, varying, np, name, order)
 
     return ManyLaws(law("preference", 1), law("preference", 2), law("threshold", 0), law("threshold", 1), own)
 

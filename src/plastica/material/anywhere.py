@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from plastica.material.compiled import compiled_with
+from plastica.material.compiled import compiled_body, statements_with
 from plastica.material.expression import symbol
 
-__all__ = ["function_of"]
+__all__ = ["function_of", "written"]
 
 
 def function_of(
@@ -43,10 +44,23 @@ def function_of(
         Takes x and one array for each of `varying`, of the same shape or to be broadcast; returns an array, or a
         float where the law does not depend on them.
     """
-    names = {name: f"p{i}" for i, name in enumerate(varying)}
-    arguments = {symbol(name): argument for name, argument in names.items()}
-    made = compiled_with(_functions(xp), tree, symbol(variable), values, arguments, argument_scale, value_scale)
-    return (lambda *_: made) if isinstance(made, float) else made
+    body, arguments = written(tree, variable, values, varying, argument_scale, value_scale)
+    return (lambda *_: body) if isinstance(body, float) else compiled_body(body, _functions(xp), arguments)
+
+
+def written(
+    tree: Any,
+    variable: str,
+    values: Mapping[str, float],
+    varying: Sequence[str],
+    argument_scale: float = 1.0,
+    value_scale: float = 1.0,
+) -> tuple[list[ast.stmt] | float, tuple[str, ...]]:
+    """Write what `function_of` compiles; the body of a function, or a number, and the names of its arguments."""
+    names = tuple(f"p{i}" for i in range(len(varying)))
+    arguments = dict(zip(map(symbol, varying), names, strict=True))
+    body = statements_with(tree, symbol(variable), values, arguments, argument_scale, value_scale)
+    return body, ("x", *names)
 
 
 def _functions(xp: Any) -> dict[str, Any]:

@@ -24,7 +24,7 @@ __all__ = [
     "ArrayFunction",
     "ScalarFunction",
     "array_function",
-    "compiled_with",
+    "compiled_body",
     "constant_value",
     "scalar_function",
     "statements_with",
@@ -120,21 +120,18 @@ def constant_value(tree: Any, values: Mapping[str, float]) -> float:
     return cast("float", part)
 
 
-def compiled_with(
-    functions: Mapping[str, Any],
+def statements_with(
     tree: Any,
     variable: Any,
     values: Mapping[str, float],
     arguments: Mapping[Any, str],
     argument_scale: float = 1.0,
     value_scale: float = 1.0,
-) -> Callable[..., Any] | float:
-    """Compile (x, *arguments) -> value_scale * tree(argument_scale * x) on the functions of some library of arrays.
+) -> list[ast.stmt] | float:
+    """Write (x, *arguments) -> value_scale * tree(argument_scale * x) as the body of a function.
 
     Parameters
     ----------
-    functions : mapping of str to callable
-        What is called, by the names of `plastica.material.functions`, and "power".
     tree, variable, values
         As in `array_function`.
     arguments : mapping of sympy.Symbol to str
@@ -144,32 +141,9 @@ def compiled_with(
 
     Returns
     -------
-    callable or float
-        A float where the tree depends on no argument.
-    """
-    body = statements_with(tree, variable, values, arguments, argument_scale, value_scale)
-    return body if isinstance(body, float) else _compiled(body, dict(functions), ("x", *arguments.values()))
-
-
-def statements_with(
-    tree: Any,
-    variable: Any,
-    values: Mapping[str, float],
-    arguments: Mapping[Any, str],
-    argument_scale: float = 1.0,
-    value_scale: float = 1.0,
-) -> list[ast.stmt] | float:
-    """Write what `compiled_with` compiles, as assignments of sums, products, quotients and calls, and a return.
-
-    Parameters
-    ----------
-    tree, variable, values, arguments, argument_scale, value_scale
-        As in `compiled_with`.
-
-    Returns
-    -------
     list of ast.stmt or float
-        A float where the tree depends on no argument.
+        Assignments of sums, products, quotients and calls, and a return; a float where the tree depends on no argument.
+        What is called has the names of `plastica.material.functions`, and "power".
     """
     writer = _Writer(variable, values, scalar=False, arguments=arguments)
     return writer.statements(tree, argument_scale, value_scale)
@@ -202,7 +176,7 @@ class _Writer:
             return body
         if self.may_raise and otherwise is not None:
             body = [_guarded(body)]
-        return _compiled(body, {**(_SCALAR if self.scalar else _ARRAY), "otherwise": otherwise, "raised": _RAISED})
+        return compiled_body(body, {**(_SCALAR if self.scalar else _ARRAY), "otherwise": otherwise, "raised": _RAISED})
 
     def part(self, tree: Any) -> _Part:
         """Write one node, once."""
@@ -345,7 +319,10 @@ def _guarded(body: list[ast.stmt]) -> ast.stmt:
     return ast.Try(body, [ast.ExceptHandler(ast.Name("raised", ast.Load()), None, [fallback])], [], [])
 
 
-def _compiled(body: list[ast.stmt], names: dict[str, Any], arguments: Sequence[str] = ("x",)) -> Callable[..., Any]:
+def compiled_body(
+    body: list[ast.stmt], names: Mapping[str, Any], arguments: Sequence[str] = ("x",)
+) -> Callable[..., Any]:
+    """Compile the body of a function of some arguments, which calls functions by their names."""
     taken = ast.arguments([], [ast.arg(name) for name in arguments], None, [], [], None, [])
     definition = ast.FunctionDef(name="law", args=taken, body=body, decorator_list=[])
     module = ast.fix_missing_locations(ast.Module([definition], []))

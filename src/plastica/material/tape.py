@@ -10,8 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.material.compiled import statements_with
-from plastica.material.expression import symbol
+from plastica.material.anywhere import written
 
 __all__ = ["CODES", "Tape", "tape_of"]
 
@@ -73,10 +72,8 @@ def tape_of(
     -------
     Tape
     """
-    names = {name: f"p{i}" for i, name in enumerate(varying)}
-    arguments = {symbol(name): argument for name, argument in names.items()}
-    body = statements_with(tree, symbol(variable), values, arguments, argument_scale, value_scale)
-    writer = _Writer(["x", *names.values()])
+    body, arguments = written(tree, variable, values, varying, argument_scale, value_scale)
+    writer = _Writer(arguments)
     return writer.tape([ast.Return(ast.Constant(body))] if isinstance(body, float) else body)
 
 

@@ -21,7 +21,7 @@ from plastica.numerics.arrays import LANES, AnyArray, Arrays
 from plastica.physics.program import Program
 from plastica.physics.strut import Strut
 
-__all__ = ["BatchLaws", "Forces", "Struts", "batch_laws", "readings", "tapes_of"]
+__all__ = ["BatchLaws", "Forces", "LawOf", "Struts", "batch_laws", "law_of", "readings", "tapes_of"]
 
 Array = NDArray[np.float64]
 LawOf = Callable[..., AnyArray]
@@ -56,12 +56,14 @@ def batch_laws(strut: Strut, varying: Sequence[str], xp: Any) -> BatchLaws:
     -------
     BatchLaws
     """
+    wanted = (("preference", 0), ("preference", 1), ("flow", 0), ("threshold", 0))
+    return BatchLaws(*(law_of(strut, varying, xp, name, order) for name, order in wanted))
 
-    def law(name: str, order: int) -> LawOf:
-        tree, variable, numbers, argument_scale, value_scale = _written(strut, varying, name, order)
-        return function_of(tree, variable, numbers, varying, xp, argument_scale, value_scale)
 
-    return BatchLaws(law("preference", 0), law("preference", 1), law("flow", 0), law("threshold", 0))
+def law_of(strut: Strut, varying: Sequence[str], xp: Any, name: str, order: int) -> LawOf:
+    """Compile one dimensionless law, or its derivative of some order; see `batch_laws`."""
+    tree, variable, numbers, argument_scale, value_scale = _written(strut, varying, name, order)
+    return function_of(tree, variable, numbers, varying, xp, argument_scale, value_scale)
 
 
 def tapes_of(struts: Struts) -> tuple[Tape, Tape, Tape]:

@@ -19,7 +19,7 @@ from plastica.study.building import initial, number
 from plastica.study.loads import load
 from plastica.study.problems import Problems
 from plastica.study.sweep_axes import AMPLITUDE, Axis
-from plastica.study.sweep_judged import inadmissible, shape_at_nodes
+from plastica.study.sweep_judged import for_each, inadmissible, own_parameters, shape_at_nodes
 from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REFUSED, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
 from plastica.study.sweep_regimes import keeps_a_set, regime_codes
@@ -43,7 +43,7 @@ class _Start:
 
 def compute_together(plan: Plan, values: Array) -> Columns:
     """Compute some members, those that share a grid in one batch; see `sweep_tasks.compute`."""
-    columns = dict(zip((axis.key for axis in plan.axes), values.T, strict=True))
+    columns = plan.columns(values)
     strut = plan.base.model
     if not isinstance(strut, Strut):
         raise TypeError("a batch is of struts")
@@ -72,7 +72,7 @@ def _compute_batch(
     """Compute the members that are told, and put what is found where `some` says."""
     base = plan.base
     start = _start(plan, columns, shapes)
-    own = {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
+    own = own_parameters(columns)
     end = number(base.until, "s")
     times = None if plan.times is None else np.union1d(plan.times, [end])
     also = [each for name, each in (("state", "curvature"), ("limit", "limit")) if name in plan.outputs]
@@ -110,9 +110,10 @@ def _alike(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) -> l
     if shapes is None:
         same = plan.base.curvature if "initial.curvature" not in columns else 0.0
         return [np.ones(count, dtype=bool)] if plan.keeps(_grid(plan, same)) else []
-    grids = {id(shape): _grid(plan, shape) for shape in shapes if shape is not None}
-    known = {grid.breaks: grid for grid in grids.values() if plan.keeps(grid)}
-    ends = [() if shape is None else grids[id(shape)].breaks for shape in shapes]
+    grids = for_each(shapes, lambda shape: None if shape is None else _grid(plan, shape))
+    ends = [() if grid is None else grid.breaks for grid in grids]
+    known = {grid.breaks: grid for grid in grids if grid is not None}
+    known = {breaks: grid for breaks, grid in known.items() if plan.keeps(grid)}
     return [np.array([each == breaks for each in ends]) for breaks in known]
 
 
@@ -167,9 +168,9 @@ def _start(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) -> _
     natural = columns.get("initial.natural_curvature", np.full(count, float(np.asarray(base.natural_curvature))))
     factor = columns.get(AMPLITUDE, np.ones(count))
     if shapes is not None:
-        angles = {id(shape): _angle(plan, shape) for shape in shapes}
+        angle = np.array(for_each(shapes, lambda shape: _angle(plan, shape)))
         made = [amplified(base.model, shape, float(one)) for shape, one in zip(shapes, factor, strict=True)]
-        return _Start(made, natural, np.abs(factor) * np.array([angles[id(shape)] for shape in shapes]), {})
+        return _Start(made, natural, np.abs(factor) * angle, {})
     given, curvature = columns.get("initial.curvature"), base.curvature
     uniform = _constant(curvature) if given is None else given
     if uniform is not None:

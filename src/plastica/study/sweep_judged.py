@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from plastica.physics.program import Program
 from plastica.study.sweep_axes import AMPLITUDE
 from plastica.study.sweep_plan import Plan
 
-__all__ = ["inadmissible", "shape_at_nodes"]
+__all__ = ["for_each", "inadmissible", "own_parameters", "shape_at_nodes"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -41,8 +42,8 @@ def inadmissible(plan: Plan, values: Array, thrust: Any, shapes: list[Any] | Non
     -------
     ndarray of bool, shape (members,)
     """
-    columns = dict(zip((axis.key for axis in plan.axes), values.T, strict=True))
-    own = {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
+    columns = plan.columns(values)
+    own = own_parameters(columns)
     if plan.base.allow_inadmissible or not own or not len(values):
         return np.zeros(len(values), dtype=bool)
     material, unit = plan.base.model.material, plan.base.model.scales.curvature
@@ -55,6 +56,17 @@ def inadmissible(plan: Plan, values: Array, thrust: Any, shapes: list[Any] | Non
     rows, first, which = np.unique(np.stack([*own.values()], axis=1), axis=0, return_index=True, return_inverse=True)
     codes = sorted_rows(material, dict(zip(own, rows.T, strict=True)), unit)
     return np.asarray(_judged(plan, values[first], codes)[which.ravel()])
+
+
+def own_parameters(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the parameters of the material among what members take, by their names."""
+    return {key.rsplit(".", 1)[1]: each for key, each in columns.items() if key.startswith("material.parameters.")}
+
+
+def for_each(items: Sequence[Any], function: Callable[[Any], Any]) -> list[Any]:
+    """Return what a function gives for each of many items, few of which are different objects; asked once for each."""
+    found = {number: function(item) for number, item in {id(item): item for item in items}.items()}
+    return [found[id(item)] for item in items]
 
 
 def _judged(plan: Plan, values: Array, codes: NDArray[np.int8]) -> Flags:
@@ -83,8 +95,7 @@ def _energy(plan: Plan, columns: dict[str, Array], natural: Array, thrust: Any, 
     for name, program in others.items():
         energy = energy + (_most(program, end) if thrust is None or name != "thrust" else 0.0)
     if isinstance(thrust, list):
-        most = {id(program): _most(program, end * scales.time) for program in thrust}
-        energy = energy + np.array([most[id(program)] for program in thrust]) / scales.force
+        energy = energy + np.array(for_each(thrust, lambda each: _most(each, end * scales.time))) / scales.force
     elif thrust is not None:
         energy = energy + 2.0 * np.abs(thrust) / scales.force
     return np.asarray(energy * scales.preference)
@@ -98,8 +109,7 @@ def _largest(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) ->
     """The largest initial curvature of each member, in units of 1/L."""
     factor = np.abs(columns.get(AMPLITUDE, np.ones(len(next(iter(columns.values()))))))
     if shapes is not None:
-        largest = {id(shape): float(np.abs(shape_at_nodes(plan, shape)[1]).max()) for shape in shapes}
-        most = np.array([largest[id(shape)] for shape in shapes])
+        most = np.array(for_each(shapes, lambda each: np.abs(shape_at_nodes(plan, each)[1]).max()))
     elif "initial.curvature" in columns:
         most = np.abs(columns["initial.curvature"]) * plan.base.model.scales.length
     else:

@@ -88,6 +88,10 @@ class Plan:
         """The versions here on which the bits of the result depend."""
         return versions(self.library)
 
+    def columns(self, values: Array) -> dict[str, Array]:
+        """Return what members take by its key; values of shape (members, axes)."""
+        return dict(zip((axis.key for axis in self.axes), values.T, strict=True))
+
     @property
     def count(self) -> int:
         """How many members there are."""
