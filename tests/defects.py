@@ -193,7 +193,7 @@ def single_precision(sound: Any) -> Any:
         rounded = history.y.astype(np.float32).astype(float)
         return replace(whole, history=History(history.t, rounded, history.first))
 
-    return staticmethod(leg)
+    return leg
 
 
 def less_energy(sound: Any) -> Any:
@@ -246,7 +246,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "flow scaled by L too often": scaled("flow"),
     "threshold scaled by L too often": scaled("threshold"),
     "digest of nothing": replacing(store, "_digest", lambda sound: lambda file: "0"),
-    "checkpoint in single precision": replacing(checkpoint.Checkpoint, "_leg", single_precision),
+    "checkpoint in single precision": replacing(checkpoint, "_leg", single_precision),
     "checkpoint of any run": replacing(keeping, "fingerprint", lambda sound: lambda *a: "the same"),
     "the other side of a jump": replacing(polyline.Polyline, "on", early_right_limit),
     "half the variation": replacing(polyline.Polyline, "variation", lambda f: lambda self, t: 0.5 * f(self, t)),

@@ -28,6 +28,7 @@ LAYERS = (
     {"physics"},
     {"material", "numerics"},
     {"units", "files"},
+    {"locks"},
     {"errors", "_version"},
 )
 """From left to right; a layer imports itself and what stands further right. Those of one row never meet."""
@@ -39,6 +40,7 @@ TOP = ("__init__", "__main__")
 HOMES = {
     "sympy": {"material"},
     "pint": {"units"},
+    "filelock": {"locks"},
     "pydantic": {"study"},
     "pydantic_core": {"study"},
     "matplotlib": {"show"},

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-__all__ = ["ArgumentError", "FileError", "InadmissibleError", "PlasticaError", "ScenarioError"]
+import errno
+from typing import Final
+
+__all__ = [
+    "ArgumentError",
+    "FileError",
+    "InadmissibleError",
+    "PlasticaError",
+    "ScenarioError",
+    "StorageError",
+]
 
 _NOT_GIVEN = object()
 _LONGEST_VALUE = 120
@@ -50,6 +60,10 @@ class FileError(PlasticaError, OSError):
         return str(self.args[0])
 
 
+class StorageError(FileError):
+    """A file that the system refuses though its name is right: a full or failing disk, no permission, in use."""
+
+
 class ScenarioError(PlasticaError, ValueError):
     """Every mistake found in one scenario file, reported at once.
 
@@ -66,3 +80,47 @@ class ScenarioError(PlasticaError, ValueError):
 
     def __str__(self) -> str:
         return str(self.args[0]).removesuffix(".")
+
+
+MISTAKES: Final = frozenset(
+    {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EINVAL, errno.ENAMETOOLONG, errno.ELOOP}
+)
+"""What the system says where the name is wrong; all else that it refuses is no mistake of the user."""
+
+_FULL = "Make room on the disk, or name a folder on another one."
+_CLOSED = "Name a folder that may be written to."
+_REMEDIES: Final = {
+    errno.ENOSPC: _FULL,
+    errno.EDQUOT: _FULL,
+    errno.EFBIG: "Name a folder on a disk that takes larger files.",
+    errno.EROFS: _CLOSED,
+    errno.EACCES: _CLOSED,
+    errno.EPERM: _CLOSED,
+}
+
+
+def unusable(path: object, doing: str, error: Exception, *, next_step: str = "") -> FileError:
+    """Return the error for a path that the system refuses: a mistake in its name, or trouble with the disk.
+
+    Parameters
+    ----------
+    path : object
+        The file or folder.
+    doing : str
+        What cannot be done, as the end of "cannot be ...".
+    error : Exception
+        What the system said.
+    next_step : str
+        What to do where the name is wrong.
+
+    Returns
+    -------
+    FileError
+        A `StorageError` where the name is not at fault.
+    """
+    number = getattr(error, "errno", None)
+    reason = getattr(error, "strerror", None) or str(error).split("\n")[0]
+    named = number in MISTAKES or (doing == "read" and number in (errno.EACCES, errno.EPERM))
+    if isinstance(error, OSError) and number is not None and not named:
+        return StorageError(f"cannot be {doing}: {reason}", where=str(path), next_step=_REMEDIES.get(number, ""))
+    return FileError(f"cannot be {doing}: {reason}", where=str(path), next_step=next_step)

@@ -3,14 +3,36 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import re
 import tempfile
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from io import BytesIO, FileIO
 from pathlib import Path
+from typing import Final
 
-from plastica.errors import ArgumentError, FileError
+from plastica.errors import ArgumentError, FileError, unusable
+from plastica.locks import give_up, is_at, take_lock
 
-__all__ = ["as_path", "check_schema", "read_bytes", "regular_file", "write_whole"]
+__all__ = [
+    "Medium",
+    "as_path",
+    "check_schema",
+    "read_bytes",
+    "refuse_overwriting",
+    "regular_file",
+    "remove_leftovers",
+    "replace_whole",
+    "write_whole",
+]
+
+LONG: Final = 86400.0
+"""Seconds without a write after which a file that nobody has locked, or can lock, is taken for left behind."""
+
+MARK: Final = ".writing"
+"""What the name of the locked file adds to that of the one that a process fills aside."""
 
 
 def as_path(given: object, where: str = "path") -> Path:
@@ -30,7 +52,8 @@ def as_path(given: object, where: str = "path") -> Path:
 def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     """Let `write` fill a file beside `path`, then rename it into place.
 
-    Whoever looks at `path`, whenever and whatever is killed in between, finds the former file or the new one.
+    Whoever looks at `path`, whenever and whatever is killed in between, finds the former file or the new one. What
+    killed processes have left aside for the same path is removed first.
 
     Parameters
     ----------
@@ -49,29 +72,167 @@ def write_whole(path: str | Path, write: Callable[[Path], object]) -> Path:
     ArgumentError
         Where the path is neither text nor a Path.
     FileError
-        Where the folder does not exist or cannot be written to.
+        Where the folder does not exist.
+    StorageError
+        Where the folder or the disk cannot be written to.
     """
     target = as_path(path)
+    remove_leftovers(target)
+    return replace_whole(target, write)
+
+
+def replace_whole(target: Path, write: Callable[[Path], object]) -> Path:
+    """Do what `write_whole` does in a folder that is `held`, where its holder removes what is left over."""
     try:
-        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=f".{target.stem}.", dir=target.parent)
-    except (OSError, ValueError) as error:
-        raise FileError(
-            f"cannot be written: {getattr(error, 'strerror', None) or error}",
-            where=str(target),
-            next_step="Name a folder that exists and may be written to.",
-        ) from None
-    os.close(handle)
-    aside = Path(name)
-    try:
-        write(aside)
-        _settle(aside)
-        aside.replace(target)
+        with _aside(target) as aside:
+            write(aside)
+            _settle(aside)
+            aside.replace(target)
+        _settle_folder(target.parent)
+    except FileError:
+        raise
     except OSError as error:
-        raise FileError(f"cannot be written: {error.strerror or error}", where=str(target)) from None
-    finally:
-        with contextlib.suppress(FileNotFoundError):
-            aside.unlink()
+        raise unusable(target, "written", error, next_step="Name a folder that exists.") from None
     return target
+
+
+class Medium:
+    """An open file for a library that crashes where the system refuses to write: it is never told.
+
+    From then on it writes to memory, and `check` raises what the system said.
+
+    Parameters
+    ----------
+    file : FileIO
+        Open for reading and writing, without a buffer.
+    """
+
+    def __init__(self, file: FileIO) -> None:
+        self._file: FileIO | BytesIO = file
+        self._refusal: OSError | None = None
+
+    def read(self, size: int = -1) -> bytes:
+        """Read, as a file does."""
+        return self._file.read(size) or b""
+
+    def readinto(self, buffer: memoryview) -> int:
+        """Read into a buffer, as a file does."""
+        return self._file.readinto(buffer) or 0
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place, as a file does."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """Return the place, as a file does."""
+        return self._file.tell()
+
+    def write(self, data: bytes) -> int:
+        """Write all of the data."""
+        left = memoryview(data).cast("B")
+        while len(left):
+            place = self.tell()
+            try:
+                left = left[self._file.write(left) or 0 :]
+            except OSError as error:
+                self._give_way(error, place)
+        return memoryview(data).nbytes
+
+    def truncate(self, size: int) -> int:
+        """Cut or extend, as a file does."""
+        place = self.tell()
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self._give_way(error, place)
+            return self._file.truncate(size)
+
+    def flush(self) -> None:
+        """Do nothing: there is no buffer."""
+
+    def check(self) -> None:
+        """Raise what the system has said, if it has refused.
+
+        Raises
+        ------
+        OSError
+            Where it has.
+        """
+        if self._refusal is not None:
+            raise self._refusal
+
+    def _give_way(self, refusal: OSError, place: int) -> None:
+        """Go on in memory, with all that could be written."""
+        self._refusal = refusal
+        self._file.seek(0)
+        self._file = BytesIO(self._file.read() or b"")
+        self._file.seek(place)
+
+
+@contextlib.contextmanager
+def _aside(target: Path) -> Iterator[Path]:
+    """Give an empty file beside `target`, and hold the mark that says that a living process fills it."""
+    descriptor, mark = _marked(target)
+    aside = mark.with_name(mark.name.removesuffix(MARK))
+    try:
+        os.close(os.open(aside, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+        yield aside
+    finally:
+        _forget(aside)
+        give_up(descriptor, mark)
+
+
+def _marked(target: Path) -> tuple[int, Path]:
+    """Return the descriptor and path of a new mark that is locked."""
+    while True:
+        try:
+            descriptor, name = tempfile.mkstemp(f"{target.suffix}{MARK}", f".{target.stem}.", target.parent)
+        except ValueError as error:
+            raise OSError(errno.EINVAL, str(error)) from None
+        # Another process may have taken the mark for one that is left over before it was locked.
+        if take_lock(descriptor) is not False and is_at(descriptor, Path(name)):
+            return descriptor, Path(name)
+        os.close(descriptor)
+
+
+def remove_leftovers(target: Path) -> None:
+    """Remove the files that killed processes have left beside `target` while they wrote it; others' files stay.
+
+    Ours are named as `write_whole` names them. One whose mark a living process has locked stays; one without a mark, or
+    where files cannot be locked, goes once nothing was written to it for a day.
+    """
+    ours = re.compile(rf"\.{re.escape(target.stem)}\.[a-z0-9_]{{8}}{re.escape(target.suffix)}({re.escape(MARK)})?")
+    with contextlib.suppress(OSError, ValueError):
+        with os.scandir(target.parent) as entries:
+            names = sorted(each.name for each in entries if ours.fullmatch(each.name))
+        for name in {each.removesuffix(MARK) for each in names}:
+            with contextlib.suppress(OSError):
+                _remove_if_left(target.with_name(name), target.with_name(name + MARK))
+
+
+def _remove_if_left(aside: Path, mark: Path) -> None:
+    try:
+        descriptor = os.open(mark, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+    except FileNotFoundError:
+        if _rested(aside):
+            _forget(aside)
+        return
+    free = take_lock(descriptor)
+    if free or (free is None and _rested(mark) and (not aside.exists() or _rested(aside))):
+        _forget(aside)
+        # The mark goes last, so that a removal that is killed can be taken up as well.
+        give_up(descriptor, mark)
+    else:
+        os.close(descriptor)
+
+
+def _rested(path: Path) -> bool:
+    return time.time() - path.lstat().st_mtime > LONG
+
+
+def _forget(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        path.unlink()
 
 
 def _settle(path: Path) -> None:
@@ -79,8 +240,39 @@ def _settle(path: Path) -> None:
     umask = os.umask(0)
     os.umask(umask)
     path.chmod(0o666 & ~umask)
-    with path.open("rb") as stream:
+    # Open for writing: Windows refuses to settle what was opened for reading.
+    with path.open("r+b") as stream:
         os.fsync(stream.fileno())
+
+
+def _settle_folder(folder: Path) -> None:
+    """Bring a rename to the disk, where the system lets folders be opened."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def refuse_overwriting(output: Path, *sources: Path) -> None:
+    """Refuse to write a file in the place of one that is read.
+
+    Raises
+    ------
+    FileError
+        Where the output is one of the sources, by whatever name.
+    """
+    for source in sources:
+        same = os.path.realpath(output) == os.path.realpath(source)
+        with contextlib.suppress(OSError, ValueError):
+            same = same or os.path.samefile(output, source)
+        if same:
+            raise FileError(
+                f"would be overwritten: it is the file that is read ({source})",
+                where=str(output),
+                next_step="Name another file.",
+            )
 
 
 def regular_file(path: str | Path, *, limit: int) -> Path:
@@ -104,7 +296,7 @@ def regular_file(path: str | Path, *, limit: int) -> Path:
     except FileError:
         raise
     except (OSError, ValueError) as error:
-        raise _unreadable(source, error) from None
+        raise unusable(source, "read", error) from None
     if size > limit:
         raise FileError(f"must have at most {limit} bytes", where=str(source), value=size)
     return source
@@ -124,7 +316,7 @@ def read_bytes(path: str | Path, *, limit: int) -> bytes:
     try:
         return source.read_bytes()
     except OSError as error:
-        raise _unreadable(source, error) from None
+        raise unusable(source, "read", error) from None
 
 
 def check_schema(found: int, known: int, source: Path) -> None:
@@ -155,7 +347,3 @@ def check_schema(found: int, known: int, source: Path) -> None:
             value=found,
             next_step="It was written by a later plastica: read it with that one.",
         )
-
-
-def _unreadable(source: Path, error: Exception) -> FileError:
-    return FileError(f"cannot be read: {error}", where=str(source))

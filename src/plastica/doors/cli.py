@@ -16,15 +16,24 @@ from plastica._version import __version__
 from plastica.doors.equilibria import COMMANDS
 from plastica.doors.modes import modes
 from plastica.doors.sweep import sweep
-from plastica.doors.telling import console, print_json, say
+from plastica.doors.telling import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    MISTAKE,
+    NO_MEMORY,
+    console,
+    exit_code,
+    print_json,
+    say,
+    terminable,
+)
 from plastica.errors import PlasticaError
 
 if TYPE_CHECKING:
     from plastica.doors.running import Ran
 
 __all__ = ["cli", "main"]
-
-DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
 _FILE = click.Path(path_type=Path)
 
@@ -34,8 +43,8 @@ _FILE = click.Path(path_type=Path)
 def cli() -> None:
     """Slender rods that remember: motion, ledger, verdict; equilibria, limits, capacity.
 
-    Exit codes: 0 done, 1 the computation failed (its status is told, results are kept), 2 a mistake in the
-    input (nothing is written), 130 interrupted.
+    Exit codes: 0 done, 1 the computation failed (its status is told, results are kept) or the machine refused (a
+    full disk, a folder in use), 2 a mistake in the input (nothing is written), 130 interrupted (Ctrl-C, SIGTERM).
     """
 
 
@@ -139,9 +148,12 @@ def new(file: Path, units: Any, inertia: bool) -> int:
 )
 def export(result: Path, variables: tuple[str, ...], output: Path | None, table: str) -> int:
     """Write VARIABLES of a RESULT (.nc) as CSV; without any, list those that it has, or write all to --output."""
+    from plastica.files import refuse_overwriting
     from plastica.motion.store import read
     from plastica.study.export import csv_text, table_of, write_csv
 
+    if output is not None:
+        refuse_overwriting(output, result)
     dataset = table_of(read(result), table)
     if not variables and output is None:
         for name, variable in dataset.data_vars.items():
@@ -163,8 +175,12 @@ def export(result: Path, variables: tuple[str, ...], output: Path | None, table:
 def show(result: Path, report_file: Path | None, film_file: Path | None, as_json: bool) -> int:
     """Print what became of the rod of a RESULT (.nc)."""
     from plastica.doors.numbers import result_facts
+    from plastica.files import refuse_overwriting
     from plastica.motion.store import read
 
+    for output in (report_file, film_file):
+        if output is not None:
+            refuse_overwriting(output, result)
     solution = read(result)
     facts, files = result_facts(solution), []
     if report_file is not None or film_file is not None:
@@ -229,7 +245,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 1 the computation failed, 2 a mistake in the input, 130 interrupted.
+        0 done, 1 the computation failed or the machine refused, 2 a mistake in the input, 130 interrupted.
     """
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks a sign gets "?" in its place.
@@ -240,22 +256,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("ignore", RuntimeWarning)
     given = None if arguments is None else list(arguments)
     try:
-        code = cli.main(args=given, prog_name="plastica", standalone_mode=False)
+        with terminable():
+            code = cli.main(args=given, prog_name="plastica", standalone_mode=False)
         sys.stdout.flush()
         return int(code or DONE)
     except click.Abort:
         say("interrupted")
         return INTERRUPTED
-    except click.ClickException as error:
+    except (click.ClickException, PlasticaError, MemoryError, OSError) as error:
+        return _refused(error)
+
+
+def _refused(error: Exception) -> int:
+    """Tell in one message what went wrong; return the exit code."""
+    if isinstance(error, click.ClickException):
         error.show()
         return MISTAKE
-    except PlasticaError as error:
-        say(str(error))
-        return MISTAKE
-    except BrokenPipeError:
+    if isinstance(error, BrokenPipeError):
         # The reader has seen enough; keep the interpreter from failing once more as it flushes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
-    except OSError as error:
-        say(f"cannot read or write: {error}")
-        return FAILED
+    if isinstance(error, PlasticaError):
+        say(str(error))
+        return exit_code(error)
+    say(NO_MEMORY if isinstance(error, MemoryError) else f"cannot read or write: {error}")
+    return FAILED

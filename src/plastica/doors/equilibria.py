@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -36,8 +37,22 @@ def _picture(_context: click.Context, _option: click.Parameter, value: Path | No
     return value
 
 
+def _apart(command: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(command)
+    def checked(**given: Any) -> Any:
+        if given["picture"] is not None:
+            from plastica.files import refuse_overwriting
+
+            read = (given["scenario"], given.get("result"))
+            refuse_overwriting(given["picture"], *(each for each in read if each is not None))
+        return command(**given)
+
+    return checked
+
+
 def common(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add what all of these commands take: the scenario, --json and --plot."""
+    """Add what all of these commands take, the scenario, --json and --plot; no picture takes the place of an input."""
+    command = _apart(command)
     for option in (
         click.option(
             "--plot", "picture", type=_FILE, callback=_picture, help="Draw it into this file (.png, .svg or .pdf)."

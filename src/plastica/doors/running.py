@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plastica.doors.numbers import check_facts, result_facts
-from plastica.errors import FileError, PlasticaError
+from plastica.doors.telling import DONE, FAILED, NO_MEMORY, exit_code
+from plastica.errors import FileError, PlasticaError, StorageError
 
 if TYPE_CHECKING:
     from plastica.study.run import Finished
@@ -61,7 +62,9 @@ class Ran:
             return str(self.facts["verdict"]["headline"])
         # What a run that failed would show is the verdict on a part of what was asked.
         status = self.facts.get("status")
-        return f"{status['code']}: {status['sentence']}" if status else self.message.splitlines()[0]
+        return (
+            f"{status['code']}: {status['sentence']}" if status and not status["ok"] else self.message.splitlines()[0]
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as plain values."""
@@ -93,11 +96,26 @@ def single(file: Path, options: Options) -> Ran:
     folder = default_folder(file) if options.output is None else options.output
     with meter(wanted=not options.quiet, si=scenario.model.specimen is not None) as tell:
         finished = run_scenario(scenario, folder, resume=options.resume, progress=tell)
-    files = (*finished.files, *_pictures(finished, folder, options))
+    pictures, trouble = _drawn(finished, folder, options)
     status = finished.solution.status
-    message = "" if status.ok else f"{file}: {status}"
-    facts = result_facts(finished.solution)
-    return Ran(file, 0 if status.ok else 1, message, facts, files, time.perf_counter() - began)
+    message = " ".join(f"{file}: {each}" for each in ("" if status.ok else str(status), trouble) if each)
+    facts, files = result_facts(finished.solution), (*finished.files, *pictures)
+    return Ran(file, FAILED if message else DONE, message, facts, files, time.perf_counter() - began)
+
+
+def _drawn(finished: Finished, folder: Path, options: Options) -> tuple[list[Path], str]:
+    """Write the report and the film; what fails there, where the result is saved already, is told in a sentence."""
+    from plastica.motion.solution import UNJUDGED
+
+    try:
+        return _pictures(finished, folder, options), ""
+    except StorageError as error:
+        why = str(error)
+    except PlasticaError:
+        raise
+    except UNJUDGED as error:
+        why = f"{NO_MEMORY}." if isinstance(error, MemoryError) else f"drawing fails ({type(error).__name__}: {error})."
+    return [], f"{why} The result is saved: {finished.files[0]}"
 
 
 def _pictures(finished: Finished, folder: Path, options: Options) -> list[Path]:
@@ -134,7 +152,12 @@ def attempted(file: Path, options: Options) -> Ran:
     try:
         return single(file, options)
     except PlasticaError as error:
-        return Ran(file, 2, str(error), {}, (), time.perf_counter() - began)
+        code, message = exit_code(error), str(error)
+    except MemoryError:
+        code, message = FAILED, f"{file}: {NO_MEMORY}"
+    if code == FAILED and has_kept(file, options):
+        message += " What is finished is kept: to go on from there, give the same command with --resume"
+    return Ran(file, code, message, {}, (), time.perf_counter() - began)
 
 
 def batch(folder: Path, options: Options) -> list[Ran]:
@@ -164,6 +187,7 @@ def checked(file: Path) -> Ran:
     try:
         scenario = read_scenario(file)
     except PlasticaError as error:
-        return Ran(file, 2, str(error), {"scenario": file, "accepted": False, "error": str(error)}, (), 0.0)
+        told = {"scenario": file, "accepted": False, "error": str(error)}
+        return Ran(file, exit_code(error), str(error), told, (), 0.0)
     files = tuple(planned_files(scenario, default_folder(file)).values())
     return Ran(file, 0, "", check_facts(scenario), files, 0.0)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from plastica.doors.equilibria import SUFFIXES
-from plastica.doors.telling import console, print_json, say
+from plastica.doors.telling import DONE, FAILED, INTERRUPTED, console, print_json, say
 from plastica.errors import ArgumentError, FileError
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from plastica.study.sweep_store import Store
 
 __all__ = ["sweep"]
-
-DONE, FAILED, INTERRUPTED = 0, 1, 130
 
 _FILE = click.Path(path_type=Path)
 
@@ -68,8 +66,11 @@ def sweep(
 
     What is interrupted, by Ctrl-C or in any other way, goes on where it was when the same command is given again.
     """
+    from plastica.files import refuse_overwriting
     from plastica.study.sweep_engines import check_engine
 
+    if picture is not None:
+        refuse_overwriting(picture, scenario)
     check_engine(engine, workers, scheduler)
     if estimate:
         if scheduler is not None:

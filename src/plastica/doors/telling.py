@@ -2,12 +2,54 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import signal
+import threading
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
-__all__ = ["console", "print_json", "say"]
+from plastica.errors import PlasticaError, StorageError
+
+__all__ = [
+    "DONE",
+    "FAILED",
+    "INTERRUPTED",
+    "MISTAKE",
+    "NO_MEMORY",
+    "console",
+    "exit_code",
+    "print_json",
+    "say",
+    "terminable",
+]
+
+DONE, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
+
+NO_MEMORY = "there is not enough memory. Take fewer nodes, or name the times of the result under `times`"
+
+
+def exit_code(error: PlasticaError) -> int:
+    """Return 1 where the machine refuses what was asked, and 2 where the user has made a mistake."""
+    return FAILED if isinstance(error, StorageError) else MISTAKE
+
+
+@contextlib.contextmanager
+def terminable() -> Iterator[None]:
+    """Let a request to end, or the end of the terminal, interrupt as Ctrl-C does, unless it is handled or ignored."""
+    changed = []
+    if threading.current_thread() is threading.main_thread():
+        for number in (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")):
+            if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+                signal.signal(number, signal.default_int_handler)
+                changed.append(number)
+    try:
+        yield
+    finally:
+        for number in changed:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def console() -> Any:

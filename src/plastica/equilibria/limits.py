@@ -27,9 +27,21 @@ from plastica.physics.strut import Strut, uniform_strut
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Assumption", "Limit", "predict_limit"]
+__all__ = ["Assumption", "Limit", "predict_limit", "untold"]
 
 Array = NDArray[np.float64]
+
+LARGEST_POWER = 35.0
+"""1e-8 to this power is still a normal number."""
+
+
+def _law_in_words(rate: float, exponent: float, coefficient: float) -> str:
+    if not np.isfinite(exponent):
+        return "how fast cannot be told, for there its flow law is like no power of the excess drive"
+    if abs(exponent - 1.0) < 1e-9:
+        return f"it approaches exponentially, at the rate {rate * coefficient:.4g}"
+    p = exponent
+    return f"|D| - Theta falls like ({(p - 1.0) * rate * coefficient:.4g} t)^(-{1.0 / (p - 1.0):.4g})"
 
 
 @dataclass(frozen=True)
@@ -240,22 +252,27 @@ def _undecided(why: str) -> Limit:
     return Limit("undecided", None, None, None, (), None, None, None, None, sentence)
 
 
+def untold(error: Exception) -> Limit:
+    """Return the limit of a motion for which an error keeps it from being computed."""
+    why = f"{type(error).__name__}: {error}".split("\n")[0][:200]
+    return _undecided(f"computing it fails ({why})")
+
+
 def _power(laws: Laws) -> tuple[float, float]:
-    """Exponent and coefficient of the flow law for small excess drive, from its logarithmic slope at 1e-8."""
-    x = 1e-8
-    value = laws.flow.value_at(x)
-    if not value > 0.0:
-        return float("nan"), float("nan")
-    exponent = x * laws.flow.slope_at(x) / value
+    """Exponent and coefficient of the flow law for small excess drive, from its logarithmic slope at 1e-8.
+
+    Not a number where the law is no power there: the slope at 2e-8 is another, or the coefficient no double can hold.
+    """
+    slopes, x = [], 1e-8
+    for place in (2.0 * x, x):
+        value = laws.flow.value_at(place)
+        if not value > 0.0:
+            return float("nan"), float("nan")
+        slopes.append(place * laws.flow.slope_at(place) / value)
+    before, exponent = slopes
     nearest = round(2.0 * exponent) / 2.0
     exponent = nearest if abs(exponent - nearest) < 1e-5 else exponent
-    return exponent, value / x**exponent
-
-
-def _law_in_words(rate: float, exponent: float, coefficient: float) -> str:
-    if not np.isfinite(exponent):
-        return "it approaches more slowly than any power of time"
-    if abs(exponent - 1.0) < 1e-9:
-        return f"it approaches exponentially, at the rate {rate * coefficient:.4g}"
-    p = exponent
-    return f"|D| - Theta falls like ({(p - 1.0) * rate * coefficient:.4g} t)^(-{1.0 / (p - 1.0):.4g})"
+    power = x**exponent if abs(exponent) < LARGEST_POWER else 0.0
+    if abs(before - exponent) > 0.01 * abs(exponent) or power == 0.0:
+        return float("nan"), float("nan")
+    return exponent, value / power

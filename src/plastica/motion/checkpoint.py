@@ -3,23 +3,30 @@
 Each segment is an .npz file of one or more finished legs, written aside and renamed: a killed run leaves whole
 segments or none. A leg starts from nothing but the last state of the one before it, so which legs were read back and
 which computed makes no difference to the result.
+
+A segment bears the seal of the one that it continues, and a seal of its own over that and all that it holds: what is
+read back is one unbroken run from the first state on. Where a segment is missing, damaged or continues another one, it
+and all after it are removed, and their legs computed anew.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
+import re
 import time
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from plastica.errors import ArgumentError, FileError
-from plastica.files import as_path, write_whole
+from plastica.files import MARK, as_path, replace_whole
+from plastica.locks import make_folder
 from plastica.motion.history import History
 from plastica.motion.integrate import Ending, Leg
 from plastica.physics.amounts import plain
@@ -28,6 +35,8 @@ __all__ = ["Checkpoint", "fingerprint"]
 
 NAME = "legs-{:06d}.npz"
 PATTERN = "legs-*.npz"
+OURS = re.compile(rf"legs-\d{{6,}}\.npz|\.legs-\d{{6,}}\.[a-z0-9_]{{8}}\.npz({re.escape(MARK)})?")
+"""Segments, and what a killed process leaves of one that it was writing."""
 
 
 def fingerprint(problem: dict[str, Any], *arrays: np.ndarray) -> str:
@@ -39,7 +48,7 @@ def fingerprint(problem: dict[str, Any], *arrays: np.ndarray) -> str:
 
 
 class Checkpoint:
-    """A folder of segments of one run.
+    """A folder of segments of one run, in which no other process may work: see `locks.held`.
 
     Parameters
     ----------
@@ -60,17 +69,13 @@ class Checkpoint:
 
     def __init__(self, folder: str | Path, identity: str, *, every: float = 5.0) -> None:
         self.folder, self.identity, self.every = as_path(folder, "checkpoint"), identity, _seconds(every)
-        try:
-            self.folder.mkdir(exist_ok=True)
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise FileError(f"cannot be made a folder: {reason}", where=str(folder)) from None
+        make_folder(self.folder)
         self._waiting: list[Leg] = []
-        self._next = 0
+        self._next, self._seal = 0, identity
         self._written = time.monotonic()
 
     def load(self) -> list[Leg]:
-        """Return the legs on disk, up to the first segment that is missing or damaged.
+        """Return the legs on disk up to the first segment that does not continue the one before it; remove the rest.
 
         Raises
         ------
@@ -78,20 +83,18 @@ class Checkpoint:
             Where the segments belong to another run.
         """
         legs: list[Leg] = []
-        self._next = 0
-        while (path := self.folder / NAME.format(self._next)).is_file():
-            found = self._segment(path)
-            if found is None:
-                break
-            legs += found
+        self._next, self._seal = 0, self.identity
+        while (path := self._path(self._next)).is_file() and (found := self._segment(path)) is not None:
+            more, self._seal = found
+            legs += more
             self._next += 1
+        self._remove(kept=self._next)
         return legs
 
     def clear(self, *, keep_folder: bool = False) -> None:
         """Remove the segments, and the folder if nothing else is in it."""
-        for path in self.folder.glob(PATTERN):
-            path.unlink()
-        self._next, self._waiting = 0, []
+        self._remove(kept=0)
+        self._next, self._seal, self._waiting = 0, self.identity, []
         if not keep_folder and not any(self.folder.iterdir()):
             self.folder.rmdir()
 
@@ -104,45 +107,76 @@ class Checkpoint:
     def flush(self) -> None:
         """Write what waits."""
         if self._waiting:
-            legs, self._waiting = self._waiting, []
-            write_whole(self.folder / NAME.format(self._next), lambda aside: self._write(aside, legs))
-            self._next += 1
+            arrays = _arrays(self.identity, self._seal, self._waiting)
+            seal = _seal(arrays)
+            replace_whole(self._path(self._next), lambda aside: _write(aside, arrays | {"seal": np.array(seal)}))
+            self._next, self._seal, self._waiting = self._next + 1, seal, []
         self._written = time.monotonic()
 
-    def _write(self, aside: Path, legs: Sequence[Leg]) -> None:
-        arrays: dict[str, Any] = {"identity": np.array(self.identity), "count": np.array(len(legs))}
-        for i, leg in enumerate(legs):
-            described = (leg.ending, leg.moving, leg.moving_next, leg.message, leg.rates, leg.jacobians)
-            arrays[f"leg{i}"] = np.array(json.dumps(described))
-            arrays[f"t{i}"], arrays[f"y{i}"], arrays[f"first{i}"] = (
-                leg.history.t,
-                leg.history.y,
-                leg.history.first,
-            )
-        with aside.open("wb") as stream:
-            np.savez(stream, **arrays)
+    def _path(self, number: int) -> Path:
+        return self.folder / NAME.format(number)
 
-    def _segment(self, path: Path) -> list[Leg] | None:
-        """Read one segment; None where it is damaged (its legs are then computed anew)."""
+    def _remove(self, *, kept: int) -> None:
+        """Remove all segments but the first ones, and what was left of those that were being written."""
+        names = {self._path(i).name for i in range(kept)}
+        for path in self.folder.iterdir():
+            if OURS.fullmatch(path.name) and path.name not in names:
+                with contextlib.suppress(FileNotFoundError):
+                    path.unlink()
+
+    def _segment(self, path: Path) -> tuple[list[Leg], str] | None:
+        """Read one segment, with its seal; None where it is damaged or does not continue the one before it."""
         try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-                identity = str(archive["identity"])
-                legs = [self._leg(archive, i) for i in range(int(archive["count"]))]
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            arrays = _read(path)
+            identity, follows, seal = (str(arrays[name]) for name in ("identity", "follows", "seal"))
+            sound = seal == _seal({name: each for name, each in arrays.items() if name != "seal"})
+            legs = [_leg(arrays, i) for i in range(int(arrays["count"]))]
+        except (OSError, ValueError, TypeError, KeyError, EOFError, MemoryError, zipfile.BadZipFile):
             return None
-        if identity != self.identity:
+        if sound and identity != self.identity:
             raise FileError(
                 "holds the checkpoint of another run (scenario, tolerances or versions differ)",
                 where=str(self.folder),
                 next_step="Run without resuming to start afresh.",
             )
-        return legs
+        return (legs, seal) if sound and follows == self._seal else None
 
-    @staticmethod
-    def _leg(archive: Any, i: int) -> Leg:
-        ending, moving, moving_next, message, rates, jacobians = json.loads(str(archive[f"leg{i}"]))
-        history = History(archive[f"t{i}"], archive[f"y{i}"], archive[f"first{i}"])
-        return Leg(history, cast(Ending, ending), tuple(moving), tuple(moving_next), message, rates, jacobians)
+
+def _arrays(identity: str, follows: str, legs: Sequence[Leg]) -> dict[str, np.ndarray]:
+    arrays = {"identity": np.array(identity), "follows": np.array(follows), "count": np.array(len(legs))}
+    for i, leg in enumerate(legs):
+        described = (leg.ending, leg.moving, leg.moving_next, leg.message, leg.rates, leg.jacobians)
+        arrays[f"leg{i}"] = np.array(json.dumps(described))
+        arrays[f"t{i}"], arrays[f"y{i}"], arrays[f"first{i}"] = leg.history.t, leg.history.y, leg.history.first
+    return arrays
+
+
+def _seal(arrays: Mapping[str, np.ndarray]) -> str:
+    """Return a digest over names, shapes and values, among them the seal of the segment that this one continues."""
+    digest = hashlib.sha256()
+    for name, each in sorted(arrays.items()):
+        digest.update(f"{name} {each.dtype.str} {each.shape}".encode())
+        digest.update(np.ascontiguousarray(each).tobytes())
+    return digest.hexdigest()
+
+
+def _write(aside: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    with aside.open("wb") as stream:
+        np.savez(stream, **cast(dict[str, Any], arrays))
+
+
+def _read(path: Path) -> dict[str, np.ndarray]:
+    """Return what a segment holds, which is stored as it is: what would unpack to more than the file is not read."""
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        if any(each.compress_type != zipfile.ZIP_STORED for each in archive.zip.infolist()):
+            raise ValueError("it is compressed")
+        return {name: archive[name] for name in archive.files}
+
+
+def _leg(arrays: Mapping[str, np.ndarray], i: int) -> Leg:
+    ending, moving, moving_next, message, rates, jacobians = json.loads(str(arrays[f"leg{i}"]))
+    history = History(arrays[f"t{i}"], arrays[f"y{i}"], arrays[f"first{i}"])
+    return Leg(history, cast(Ending, ending), tuple(moving), tuple(moving_next), message, rates, jacobians)
 
 
 def _seconds(every: object) -> float:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 import scipy
 
 from plastica._version import __version__
-from plastica.errors import ArgumentError, FileError
+from plastica.errors import ArgumentError
 from plastica.files import as_path
+from plastica.locks import Held, held, make_folder
 from plastica.motion.checkpoint import Checkpoint, fingerprint
 from plastica.motion.integrate import Leg
 from plastica.motion.plan import Plan, Problem
@@ -32,11 +36,26 @@ class Keeping:
         Wall seconds between two segments.
     resume : bool
         Whether to take up what is there; else it is removed.
+    lock : Held or None
+        What whoever holds the folder already was given.
     """
 
     folder: Path
     every: float
     resume: bool
+    lock: Held | None = None
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep other processes out of the folder.
+
+        Raises
+        ------
+        StorageError
+            Where another process works in it.
+        """
+        with held(self.lock or self.folder):
+            yield
 
     def open(self, problem: Problem, plan: Plan) -> tuple[Checkpoint, list[Leg]]:
         """Return the checkpoint of a problem, and the legs in it that are to be taken as done.
@@ -60,13 +79,10 @@ class Keeping:
 
     def fresh(self) -> None:
         """Make the folder, and unless a run is taken up remove what former runs on other nodes left in it."""
-        try:
-            self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise FileError(f"cannot be made a folder: {error.strerror}", where=str(self.folder)) from None
+        make_folder(self.folder)
         if not self.resume:
             for former in self.folder.glob("nodes-*"):
-                if former.is_dir():
+                if former.is_dir() and not former.is_symlink():
                     Checkpoint(former, "").clear()
 
     def on(self, nodes: int) -> Keeping:
@@ -74,7 +90,7 @@ class Keeping:
         return replace(self, folder=self.folder / f"nodes-{nodes}")
 
 
-def keeping_in(folder: str | Path | None, every: float, resume: bool) -> Keeping | None:
+def keeping_in(folder: str | PathLike[str] | None, every: float, resume: bool) -> Keeping | None:
     """Read the arguments of `solve`; None where nothing is kept.
 
     Raises
@@ -87,4 +103,5 @@ def keeping_in(folder: str | Path | None, every: float, resume: bool) -> Keeping
     seconds = plain(every)
     if not isinstance(seconds, float) or not 0.0 <= seconds < float("inf"):
         raise ArgumentError("must be a number of seconds, not negative", where="checkpoint_every", value=every)
-    return Keeping(as_path(folder, "checkpoint"), seconds, bool(resume))
+    lock = folder if isinstance(folder, Held) else None
+    return Keeping(as_path(folder, "checkpoint"), seconds, bool(resume), lock)

@@ -18,7 +18,7 @@ from plastica.units import format_quantity
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
 
-__all__ = ["REFERENCES", "Outcome", "introduction", "outcome", "provenance"]
+__all__ = ["REFERENCES", "Outcome", "introduction", "outcome", "provenance", "unjudged"]
 
 STRAIGHT = 0.01
 """Largest tangent angle (rad) of a rod that counts as straight: about half a degree."""
@@ -50,10 +50,10 @@ class Outcome:
     ----------
     shape : str
         "straight" (no tangent angle above 0.01 rad), "buckled" (under thrust, with or without a weight toward the
-        clamp, above 0.1 rad and at least twice the angle it began with), or "bent".
+        clamp, above 0.1 rad and at least twice the angle it began with), or "bent"; "not judged" where judging failed.
     memory : str
         "springs back" (the natural curvature is, to the last bit, what it was at the very first start, and would stay
-        so without load) or "permanent set".
+        so without load), "permanent set", or "not judged".
     released : bool
         Whether no load acts at the end.
     resting : bool
@@ -125,6 +125,17 @@ def outcome(solution: Solution) -> Outcome:
         _sentence(solution, headline, memory, left),
         _distance(solution, excess, numbers) + _end(solution),
         **numbers,
+    )
+
+
+def unjudged(error: Exception) -> Outcome:
+    """Return the verdict on a motion that cannot be judged, because of an error: what was computed stands."""
+    why = f"{type(error).__name__}: {error}".split("\n")[0][:200]
+    sentence = f"The verdict could not be reached ({why}); the motion itself is computed and kept."
+    distance = "How far it is from rest could not be told either."
+    nan = float("nan")
+    return Outcome(
+        "not judged", "not judged", False, False, "Not judged", sentence, distance, nan, nan, nan, nan, nan
     )
 
 

@@ -40,6 +40,10 @@ BLOCK = 650_000
 """Values at nodes and places that `at` keeps at once, about 20 000 times on 16 nodes: some fifty megabytes."""
 
 
+UNJUDGED = (ArithmeticError, ValueError, RuntimeError, MemoryError)
+"""What may go wrong where a motion that is computed is judged: laws far from all that was looked at, want of memory."""
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """A motion of a model, as returned by `solve` and `read`.
@@ -95,13 +99,17 @@ class Solution:
 
     @cached_property
     def limit(self) -> Limit | None:
-        """Where the motion ends; None where the theory does not apply.
+        """Where the motion ends; None where the theory does not apply, "undecided" where computing it fails.
 
         That is: with inertia, a damping other than 1, several segments, loads that vary on, or others than a thrust.
         """
+        from plastica.equilibria.limits import untold
         from plastica.motion.longtime import limit_of
 
-        return limit_of(self)
+        try:
+            return limit_of(self)
+        except UNJUDGED as error:
+            return untold(error)
 
     @cached_property
     def t(self) -> Array:
@@ -141,10 +149,16 @@ class Solution:
 
     @cached_property
     def outcome(self) -> Outcome:
-        """The verdict in words: straight, bent, buckled; springs back or keeps a set; how far from rest."""
-        from plastica.motion.outcome import outcome
+        """The verdict in words: straight, bent, buckled; springs back or keeps a set; how far from rest.
 
-        return outcome(self)
+        Where judging fails, the words say so: what was computed is neither lost nor in doubt.
+        """
+        from plastica.motion.outcome import outcome, unjudged
+
+        try:
+            return outcome(self)
+        except UNJUDGED as error:
+            return unjudged(error)
 
     @cached_property
     def bounds(self) -> Bounds:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from pathlib import Path
+from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
@@ -69,7 +70,7 @@ def solve(
     start: Solution | None = None,
     max_steps: int = MOST_STEPS,
     progress: Callable[[Progress], None] | None = None,
-    checkpoint: str | Path | None = None,
+    checkpoint: str | PathLike[str] | None = None,
     checkpoint_every: float = 5.0,
     resume: bool = False,
 ) -> Solution:
@@ -124,8 +125,8 @@ def solve(
     ArgumentError
         Where an argument cannot be used.
     FileError
-        Where the checkpoint cannot be written, or belongs to another run. Numerical trouble is never raised: it is
-        in `Solution.status`.
+        Where the checkpoint cannot be written, is in use by another process, or belongs to another run. Numerical
+        trouble is never raised: it is in `Solution.status`.
 
     Examples
     --------
@@ -140,12 +141,13 @@ def solve(
         raise ArgumentError("must be a pl.Strut or a pl.Rod", where="model", value=model)
     plan = make_plan(model, until, rtol, method, times, start, max_steps)
     keeping = keeping_in(checkpoint, checkpoint_every, resume)
-    if model.grid.nodes != "auto":
-        problem = make_problem(model, plan, curvature, natural_curvature, atol, start, curvature_rate)
-        solution = _solution(problem, plan, _run(problem, plan, progress, keeping))
-    else:
-        given = _Given(curvature, natural_curvature, atol, start, curvature_rate)
-        solution = _choose_nodes(model, plan, given, progress, keeping)
+    given = _Given(curvature, natural_curvature, atol, start, curvature_rate)
+    with nullcontext() if keeping is None else keeping.held():
+        if model.grid.nodes != "auto":
+            problem = make_problem(model, plan, *given)
+            solution = _solution(problem, plan, _run(problem, plan, progress, keeping))
+        else:
+            solution = _choose_nodes(model, plan, given, progress, keeping)
     return _told_where_it_ends(solution) if plan.settle else solution
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Mapping
+from io import FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError, FileError
-from plastica.files import as_path, check_schema, regular_file, write_whole
+from plastica.files import Medium, as_path, check_schema, regular_file, write_whole
 from plastica.material.material import Material
 from plastica.motion.history import History
 from plastica.motion.solution import Solution
@@ -26,6 +28,7 @@ from plastica.physics.strut import Strut
 
 if TYPE_CHECKING:
     import h5py
+    import xarray
 
 __all__ = ["SCHEMA", "model_from_dict", "model_to_dict", "read", "write"]
 
@@ -33,8 +36,21 @@ SCHEMA = 1
 """Version of the file's layout. A later one must still read this one: see CONTRIBUTING, "Files"."""
 
 LARGEST = 4 * 2**30
+"""Bytes of the largest file that is read."""
+
+EXPANSION, SPARE = 16, 2**26
+"""A file may declare so many times its own size, and so many bytes more, of values: beyond that it is no result. Those
+written here declare less than their size; other programs may have packed them."""
+
+DEEPEST = 3
+"""Groups within groups that are looked into; a result has one."""
+
 INERTIA = ("translational_inertia", "rotary_inertia", "damping")
+BLOCK = 2**24
+"""Bytes of values that are digested at once."""
+
 HISTORY = ("node_t", "node_y", "first_node", "leg_start", "leg_moving")
+_NEEDED = frozenset(f"history/{name}" for name in HISTORY)
 
 
 def write(solution: Solution, path: str | Path) -> Path:
@@ -75,12 +91,23 @@ def write(solution: Solution, path: str | Path) -> Path:
     )
     meta = json.dumps(_meta(solution), sort_keys=True, allow_nan=False)
 
-    def fill(aside: Path) -> None:
-        solution.dataset.to_netcdf(aside, engine="h5netcdf")
-        group.to_netcdf(aside, engine="h5netcdf", group="history", mode="a")
-        _seal(aside, meta)
+    return write_whole(target, lambda aside: _fill(aside, solution.dataset, group, meta))
 
-    return write_whole(target, fill)
+
+def _fill(aside: Path, dataset: xarray.Dataset, group: xarray.Dataset, meta: str) -> None:
+    import h5netcdf
+    import h5py
+    from xarray.backends import H5NetCDFStore
+
+    with FileIO(aside, "w+") as opened:
+        medium = Medium(opened)
+        with h5netcdf.File(medium, "w") as file:
+            dataset.dump_to_store(H5NetCDFStore(file))
+            group.dump_to_store(H5NetCDFStore(file, group="history", mode="a"))
+        medium.check()
+        with h5py.File(medium, "r+") as file:
+            _seal(file, meta)
+        medium.check()
 
 
 def read(path: str | Path) -> Solution:
@@ -101,7 +128,8 @@ def read(path: str | Path) -> Solution:
     ArgumentError
         Where the path is neither text nor a Path.
     FileError
-        Where the file is missing, a folder, damaged, not of this package, or of a later version.
+        Where the file is missing, a folder, damaged, not of this package, of a later version, or would unpack to
+        much more than it is.
     """
     import h5py
 
@@ -227,20 +255,18 @@ def model_from_dict(data: Mapping[str, Any]) -> Model:
 # -- the seal: a digest over every value in the file, so that no flipped bit goes unseen -------------------------
 
 
-def _seal(path: Path, meta: str) -> None:
-    import h5py
-
-    with h5py.File(path, "r+") as file:
-        file.attrs["plastica_schema"] = SCHEMA
-        file.attrs["plastica_meta"] = meta
-        file.attrs["plastica_digest"] = _digest(file)
+def _seal(file: h5py.File, meta: str) -> None:
+    file.attrs["plastica_schema"] = SCHEMA
+    file.attrs["plastica_meta"] = meta
+    file.attrs["plastica_digest"] = _digest(file)
 
 
 def _opened(file: h5py.File, source: Path) -> dict[str, Any]:
-    """Check version and seal, and return the description of the run."""
+    """Check version, size and seal, and return the description of the run."""
     if "plastica_schema" not in file.attrs:
         raise _damaged(source, "it has no plastica_schema")
     check_schema(int(file.attrs["plastica_schema"]), SCHEMA, source)
+    _check_size(file, source.stat().st_size)
     if str(file.attrs["plastica_digest"]) != _digest(file):
         raise _damaged(source, "its contents do not match its digest")
     meta = json.loads(str(file.attrs["plastica_meta"]))
@@ -249,29 +275,55 @@ def _opened(file: h5py.File, source: Path) -> dict[str, Any]:
     return meta
 
 
+def _check_size(file: h5py.File, size: int) -> None:
+    """Refuse a file that would unpack to much more than it is, or leads elsewhere, before any of its values is read."""
+    declared = 0
+    for name, data in _items(file):
+        if data.is_virtual or data.external:
+            raise ValueError(f"the values of {name} lie in other files")
+        if name in _NEEDED and data.dtype.kind not in "fiu":
+            raise ValueError(f"{name} holds no numbers")
+        declared += math.prod(data.shape or ()) * data.dtype.itemsize
+    if declared > min(LARGEST, EXPANSION * size + SPARE):
+        raise ValueError(f"it is {size} bytes long, and declares {declared} bytes of values")
+
+
 def _digest(file: h5py.File) -> str:
     """SHA-256 over names, shapes, values and attributes of everything but the digest itself."""
     digest = hashlib.sha256()
-    declared = 0
-    for name, data in _datasets(file):
-        declared += int(data.size) * data.dtype.itemsize
-        if declared > LARGEST:
-            raise ValueError("it declares more values than a result can have")
-        digest.update(f"{name} {data.dtype.str} {data.shape}".encode())
-        digest.update(np.ascontiguousarray(data[()]).tobytes())
-        digest.update(_text(data.attrs, ("units", "long_name")))
+    for name, data in _items(file):
+        if data.dtype.kind in "fiu":
+            digest.update(f"{name} {data.dtype.str} {data.shape}".encode())
+            # Row after row, so that it takes no more memory than the largest block.
+            for rows in _blocks(data):
+                digest.update(np.ascontiguousarray(data[rows]).tobytes())
+            digest.update(_text(data.attrs, ("units", "long_name")))
     digest.update(_text(file.attrs, sorted(set(file.attrs) - {"plastica_digest"})))
     return digest.hexdigest()
 
 
-def _datasets(group: h5py.Group, prefix: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+def _blocks(data: h5py.Dataset) -> Iterator[Any]:
+    """Give what selects block after block of a dataset, in order."""
+    if not data.shape or 0 in data.shape:
+        yield ()
+        return
+    rows = max(1, BLOCK // (math.prod(data.shape[1:]) * data.dtype.itemsize))
+    yield from (slice(start, start + rows) for start in range(0, data.shape[0], rows))
+
+
+def _items(group: h5py.Group, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, h5py.Dataset]]:
+    """Give every dataset with its name, in order; links that lead out of the file are refused."""
     import h5py
 
+    if depth > DEEPEST:
+        raise ValueError("it has groups within groups without end")
     for name in sorted(group):
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{prefix}{name} is a link")
         item = group[name]
         if isinstance(item, h5py.Group):
-            yield from _datasets(item, f"{prefix}{name}/")
-        elif item.dtype.kind in "fiu":
+            yield from _items(item, f"{prefix}{name}/", depth + 1)
+        elif isinstance(item, h5py.Dataset):
             yield f"{prefix}{name}", item
 
 

@@ -205,6 +205,13 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
+def named_files(initial: Mapping[str, Any]) -> list[str]:
+    """Return the names of the files that a table [initial] reads: a measured shape, a former result."""
+    shape = initial.get("curvature")
+    measured = [shape["csv"]] if isinstance(shape, dict) and "csv" in shape else []
+    return [*measured, *([initial["result"]] if "result" in initial else [])]
+
+
 def segments(section: schema.Grid, length: float | None, problems: Problems, *, si: bool) -> Segments:
     """Return the segments of uniform natural curvature: their number, or their ends in units of L; 1 by mistake."""
     given, path = section.natural_segments, ("grid", "natural_segments")

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import shutil
 import time
+import tomllib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 
-from plastica.errors import FileError
+from plastica.errors import FileError, unusable
+from plastica.files import refuse_overwriting
+from plastica.locks import held
 from plastica.motion.solution import Solution
 from plastica.motion.solve import Progress, solve
+from plastica.study.building import named_files
 from plastica.study.export import write_csv
 from plastica.study.scenario import Scenario, read_scenario
 
@@ -107,13 +112,17 @@ def run_scenario(
     began = time.perf_counter()
     prepare(scenario, output)
     keeping = checkpoint_folder(scenario, output)
-    solution = solved(scenario, progress=progress, checkpoint=keeping, resume=resume)
-    solution = described(scenario, solution)
-    files = planned_files(scenario, output, report=False, film=False)
-    written = [solution.save(files["result"])]
-    for variable in scenario.output.csv:
-        written.append(write_csv(solution.dataset, [variable], files[f"csv:{variable}"]))
-    shutil.rmtree(keeping, ignore_errors=True)
+    with held(keeping) as kept:
+        solution = solved(scenario, progress=progress, checkpoint=kept, resume=resume)
+        solution = described(scenario, solution)
+        files = planned_files(scenario, output, report=False, film=False)
+        written = [solution.save(files["result"])]
+        for variable in scenario.output.csv:
+            written.append(write_csv(solution.dataset, [variable], files[f"csv:{variable}"]))
+        kept.clear()
+    with suppress(OSError):
+        # Another process may have come in meanwhile.
+        keeping.rmdir()
     return Finished(scenario, solution, tuple(written), time.perf_counter() - began)
 
 
@@ -121,7 +130,7 @@ def solved(
     scenario: Scenario,
     *,
     progress: Callable[[Progress], None] | None = None,
-    checkpoint: Path | None = None,
+    checkpoint: PathLike[str] | None = None,
     resume: bool = False,
 ) -> Solution:
     """Solve what a scenario asks for; the other arguments are those of `plastica.motion.solve.solve`."""
@@ -158,9 +167,13 @@ def prepare(scenario: Scenario, output: Path) -> None:
     Raises
     ------
     FileError
-        Where it is no folder, cannot be made, or holds folders under the names of files to be written.
+        Where it is no folder, cannot be made, holds folders under the names of files to be written, or a file to be
+        written is one that is read.
     """
+    initial = tomllib.loads(scenario.text).get("initial", {})
+    read = (scenario.file, *(scenario.file.parent / name for name in named_files(initial)))
     for path in planned_files(scenario, output).values():
+        refuse_overwriting(path, *read)
         if path.is_dir():
             raise FileError(
                 "must be a file to be written, but is a folder",
@@ -169,10 +182,5 @@ def prepare(scenario: Scenario, output: Path) -> None:
             )
     try:
         output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = error.strerror or "not possible"
-        raise FileError(
-            f"cannot be made a folder: {reason}",
-            where=str(output),
-            next_step="Name another folder with --output.",
-        ) from None
+    except (OSError, ValueError) as error:
+        raise unusable(output, "made a folder", error, next_step="Name another folder with --output.") from None

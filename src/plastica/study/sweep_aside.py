@@ -15,8 +15,9 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Final
+from typing import Final
 
+from plastica.locks import take_lock
 from plastica.study.sweep_store import PLAN
 
 __all__ = ["folder_aside", "remove_leftovers"]
@@ -37,7 +38,7 @@ def folder_aside(target: Path) -> Iterator[Path]:
     aside = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
     try:
         with (aside / PLAN).open("x", encoding="utf-8") as mark:
-            _lock(mark, wait=True)
+            take_lock(mark.fileno(), wait=True)
             # Written once the lock is held: whoever finds these words and no lock finds no living process either.
             mark.write(_being_made())
             mark.flush()
@@ -64,7 +65,7 @@ def _remove_if_left(folder: Path) -> None:
             folder.rmdir()
         return
     with (folder / PLAN).open("r+", encoding="utf-8", errors="replace") as mark:
-        free = _lock(mark, wait=False)
+        free = take_lock(mark.fileno(), wait=False)
         if free is False:
             return
         if (free and mark.read(1000) == _being_made()) or _rested(folder):
@@ -91,18 +92,3 @@ def _being_made() -> str:
 def _rested(folder: Path) -> bool:
     """Whether nothing was written in a folder for long."""
     return time.time() - max(path.lstat().st_mtime for path in (folder, *folder.rglob("*"))) > LONG
-
-
-def _lock(mark: IO[str], *, wait: bool) -> bool | None:
-    """Lock a file until it is closed; False where another process has, None where files cannot be locked."""
-    try:
-        import fcntl
-    except ImportError:
-        return None
-    try:
-        fcntl.flock(mark, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except BlockingIOError:
-        return False
-    except OSError:
-        return None
-    return True

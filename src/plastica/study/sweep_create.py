@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import FileError
+from plastica.errors import FileError, StorageError, unusable
 from plastica.files import as_path
 from plastica.study.building import inside
 from plastica.study.sweep_aside import folder_aside, remove_leftovers
@@ -86,7 +86,7 @@ def create(folder: str | Path, plan: Plan) -> Store:
     except OSError as error:
         if target.exists() and not _empty(target):
             return _taken_up(target, plan)
-        raise FileError(f"cannot be made: {error.strerror or error}", where=str(target)) from None
+        raise unusable(target, "made", error) from None
     return Store(target, plan, plan.identity, plan.versions)
 
 
@@ -131,7 +131,7 @@ def size(count: float) -> str:
 def _check_disk(target: Path, plan: Plan) -> None:
     needed, free = room(target, plan)
     if needed > free:
-        raise FileError(
+        raise StorageError(
             f"needs {size(needed)} free on the disk (up to {size(bytes_of(plan))} of results, a tenth more, and "
             f"{size(SPARE)} to spare), and {size(free)} are",
             where=str(target),

@@ -17,7 +17,7 @@ from plastica.errors import ArgumentError
 from plastica.files import read_bytes
 from plastica.numerics.grid import Grid
 from plastica.physics.strut import Strut
-from plastica.study.building import inside
+from plastica.study.building import inside, named_files
 from plastica.study.reading import Document
 from plastica.study.scenario import Scenario, scenario_of
 from plastica.study.sweep_axes import Axis
@@ -128,9 +128,7 @@ class Plan:
         results = [{"result": label} for axis in self.axes if axis.key == "initial.result" for label in axis.labels]
         found: list[str] = []
         for start in (self.document.data.get("initial", {}), *labels, *results):
-            shape = start.get("curvature")
-            found += [shape["csv"]] if isinstance(shape, dict) and "csv" in shape else []
-            found += [start["result"]] if "result" in start else []
+            found += named_files(start)
         found += [self.table["csv"]] if self.table.get("csv") else []
         return tuple(dict.fromkeys(found))
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Literal
 
-from plastica.errors import FileError
+from plastica.errors import FileError, unusable
 
 __all__ = ["template", "write_template"]
 
@@ -36,5 +36,5 @@ def write_template(path: str | Path, units: Units = "SI", *, inertia: bool = Fal
             "exists already, and is left as it is", where=str(target), next_step="Name another file."
         ) from None
     except (OSError, ValueError) as error:
-        raise FileError(f"cannot be written: {error}", where=str(target)) from None
+        raise unusable(target, "written", error, next_step="Name a file in a folder that exists.") from None
     return target
