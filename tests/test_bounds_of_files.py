@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import pytest
 
 import plastica as pl
-from plastica.errors import FileError
+from plastica.errors import FileError, safe_text
 from plastica.motion import store
 from tests.commandline import call, scenario, written
 from tests.support import DATA, pair
@@ -133,3 +135,84 @@ def test_the_digest_takes_blocks(sound: Path, monkeypatch: pytest.MonkeyPatch) -
     for block in (1, 100, 10**9):
         monkeypatch.setattr(store, "BLOCK", block)
         assert pl.read(sound).status.ok
+
+
+# -- words that would steer a terminal -----------------------------------------------------------------------------
+
+EVIL = "\x1b]0;owned\x07\x1b[2J\r\x00\x08\x7f\x9b31m\u202e\u2066\u2069\u200f\ufeff\u2028\U000e0041"
+"""Controls of old and new, directions of writing, marks without width, a tag."""
+
+
+def evil_result(sound: Path, folder: Path) -> Path:
+    """A result whose every word was changed, and whose seal is right again."""
+    import h5py
+
+    path = folder / "evil.nc"
+    path.write_bytes(sound.read_bytes())
+    with h5py.File(path, "r+") as file:
+        meta = json.loads(str(file.attrs["plastica_meta"]))
+        meta["status"]["sentence"] += EVIL
+        meta["status"]["code"] += EVIL
+        meta["notes"] = [f"a note{EVIL}"]
+        meta["method"] += EVIL
+        meta["initial"] += EVIL
+        meta["provenance"] = {"title": f"a title{EVIL}", "scenario": f"a = 1{EVIL}", "scenario_file": f"x{EVIL}.toml"}
+        meta["model"]["material"]["name"] = f"a name{EVIL}"
+        store._seal(file, json.dumps(meta, sort_keys=True))
+    return path
+
+
+def steering(text: str) -> set[str]:
+    """Characters in a text that a terminal obeys instead of showing."""
+    return {
+        each for each in text if each != "\n" and unicodedata.category(each) in {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+    }
+
+
+def check_words(sound: Path, folder: Path) -> None:
+    """Whatever the words of a file are, none steers the terminal, and a reader of JSON gets them as they are."""
+    path = evil_result(sound, folder)
+    shown = call("show", path)
+    assert shown.code == 0
+    assert "a title\\x1b]0;owned\\x07" in shown.out
+    assert "\\u202e" in shown.out
+    as_json = call("show", path, "--json")
+    assert json.loads(as_json.out)["title"] == f"a title{EVIL}"
+    sol = pl.read(path)
+    told = [shown.out, as_json.out, str(sol), str(sol.status)]
+    told += [str(answer) for answer in hostile_answers(folder)]
+    assert not set().union(*map(steering, told))
+
+
+def hostile_answers(folder: Path) -> list[str]:
+    """What the command line says of names and contents that are meant to steer."""
+    name = f"x{EVIL}.toml".replace("\x00", "")
+    good = written(folder, scenario(), name)
+    bad = written(folder, scenario(material=f'name = "y{EVIL.encode("unicode_escape").decode()}"'), f"bad{name}")
+    junk = folder / f"junk{name}"
+    junk.write_bytes(b"\x1b[31m\xff")
+    answers = [
+        call("check", good),
+        call("check", bad),
+        call("run", junk),
+        call("show", junk),
+        call("new", good),
+        call("check", folder),
+        call("run", good, "--output", folder / f"o{name}"),
+        call(f"ru{name}"),
+        call("export", folder / "evil.nc"),
+        call("export", folder / "evil.nc", f"tip_y{name}"),
+        call("new", folder / f"n{name}"),
+    ]
+    return [text for answer in answers for text in (answer.out, answer.err)]
+
+
+def test_words_never_steer_a_terminal(sound: Path, tmp_path: Path) -> None:
+    check_words(sound, tmp_path)
+
+
+def test_safe_text_leaves_what_is_harmless() -> None:
+    harmless = "γ² of 5\u202f%: 0.1 EI/L²\n  second line — Stäbchen 棒 😀"
+    assert safe_text(harmless) == harmless
+    assert safe_text("a\tb\x9c") == "a\\x09b\\x9c"
+    assert safe_text(Path("x")) == "x"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from plastica import files, locks
+from plastica import errors, files, locks
 from plastica.doors import running, telling
 from plastica.equilibria import limits
 from plastica.motion import checkpoint, store
@@ -38,6 +38,7 @@ CHECKS: dict[str, Check] = {
     "what would unpack to more": lambda folder, patch, whole: test_bounds_of_files.check_bomb(
         test_bounds_of_files.many, whole, folder, patch
     ),
+    "words never steer": lambda folder, _, whole: test_bounds_of_files.check_words(whole, folder),
     "values elsewhere": lambda folder, patch, whole: test_bounds_of_files.check_bomb(
         test_bounds_of_files.device, whole, folder, patch
     ),
@@ -136,6 +137,7 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("leftovers of kills", "those of living processes go too", replacing(files, "take_lock", unlocked)),
     ("what is read stays", "written over", replacing(files, "refuse_overwriting", nothing)),
     ("what would unpack to more", "not looked at before", replacing(store, "_check_size", nothing)),
+    ("words never steer", "as they are", replacing(errors, "_escaped", lambda _: lambda character: character)),
     ("values elsewhere", "not looked at before", replacing(store, "_check_size", nothing)),
 ]
 

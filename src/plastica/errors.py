@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import unicodedata
 from typing import Final
 
 __all__ = [
@@ -16,6 +17,36 @@ __all__ = [
 
 _NOT_GIVEN = object()
 _LONGEST_VALUE = 120
+
+
+_STEERING = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
+"""Categories of the characters that a terminal obeys instead of showing: controls, directions of writing, and alike."""
+
+
+def safe_text(text: object) -> str:
+    """Return text that a terminal only shows: what would steer it is written as an escape; lines stay lines.
+
+    Parameters
+    ----------
+    text : object
+        Anything with words; it may come from a file of somebody else.
+    """
+    whole = str(text)
+    if whole.isprintable():
+        return whole
+    return "".join(
+        each if each == "\n" or unicodedata.category(each) not in _STEERING else _escaped(each) for each in whole
+    )
+
+
+def _escaped(character: str) -> str:
+    number = ord(character)
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"
+
+
+def one_line(text: object) -> str:
+    """Return `safe_text` on one line."""
+    return safe_text(text).replace("\n", "\\n")
 
 
 def shown(value: object) -> str:
@@ -39,10 +70,10 @@ class PlasticaError(Exception):
 
     def __init__(self, rule: str, *, where: str = "", value: object = _NOT_GIVEN, next_step: str = "") -> None:
         self.where, self.rule, self.next_step = where, rule, next_step
-        sentence = f"`{where}` {rule}" if where else rule
+        sentence = f"`{one_line(where)}` {rule}" if where else rule
         if value is not _NOT_GIVEN:
             sentence += f", but is {shown(value)}"
-        super().__init__(f"{sentence}. {next_step}".strip() if next_step else f"{sentence}.")
+        super().__init__(safe_text(f"{sentence}. {next_step}".strip() if next_step else f"{sentence}."))
 
 
 class ArgumentError(PlasticaError, ValueError):
@@ -76,7 +107,8 @@ class ScenarioError(PlasticaError, ValueError):
     def __init__(self, file: str, problems: tuple[str, ...]) -> None:
         self.problems = problems
         count = "1 mistake" if len(problems) == 1 else f"{len(problems)} mistakes"
-        super().__init__(f"{file}: {count}\n" + "\n".join(f"  {problem}" for problem in problems))
+        told = "\n".join(f"  {problem}" for problem in problems)
+        super().__init__(f"{one_line(file)}: {count}\n{told}")
 
     def __str__(self) -> str:
         return str(self.args[0]).removesuffix(".")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from plastica.errors import FileError, StorageError, unusable
+from plastica.errors import FileError, StorageError, one_line, unusable
 
 __all__ = ["Held", "give_up", "held", "is_at", "make_folder", "take_lock"]
 
@@ -105,7 +105,8 @@ def _entered(path: Path) -> tuple[int, bool]:
                 next_step="Wait until it has ended, or name another folder.",
             )
         if locked is None:
-            warnings.warn(f"{path}: files cannot be locked here; see that no other process uses it", stacklevel=4)
+            told = f"{one_line(path)}: files cannot be locked here; see that no other process uses it"
+            warnings.warn(told, stacklevel=4)
         if is_at(descriptor, mark):
             return descriptor, made
         os.close(descriptor)

@@ -26,9 +26,10 @@ from plastica.doors.telling import (
     exit_code,
     print_json,
     say,
+    tell,
     terminable,
 )
-from plastica.errors import PlasticaError
+from plastica.errors import PlasticaError, safe_text
 
 if TYPE_CHECKING:
     from plastica.doors.running import Ran
@@ -105,7 +106,7 @@ def check(scenario: Path, as_json: bool) -> int:
     elif several:
         for one in found:
             if one.code == DONE:
-                click.echo(f"{one.file} can be run")
+                tell(f"{one.file} can be run")
     elif found[0].code == DONE:
         from plastica.doors.tables import print_check
 
@@ -131,7 +132,7 @@ def new(file: Path, units: Any, inertia: bool) -> int:
         click.echo(template(units, inertia=inertia), nl=False)
         return DONE
     write_template(file, units, inertia=inertia)
-    click.echo(f"{file} written. Next: plastica check {file}, then plastica run {file}")
+    tell(f"{file} written. Next: plastica check {file}, then plastica run {file}")
     return DONE
 
 
@@ -158,12 +159,12 @@ def export(result: Path, variables: tuple[str, ...], output: Path | None, table:
     if not variables and output is None:
         for name, variable in dataset.data_vars.items():
             dims = ", ".join(map(str, variable.dims))
-            click.echo(f"{name} ({dims}) [{variable.attrs['units']}]: {variable.attrs['long_name']}")
+            tell(f"{name} ({dims}) [{variable.attrs['units']}]: {variable.attrs['long_name']}")
     elif output is None:
-        click.echo(csv_text(dataset, variables), nl=False)
+        click.echo(safe_text(csv_text(dataset, variables)), nl=False)
     else:
         names = variables or tuple(map(str, dataset.data_vars))
-        click.echo(f"{write_csv(dataset, names, output)} written")
+        tell(f"{write_csv(dataset, names, output)} written")
     return DONE
 
 
@@ -270,7 +271,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _refused(error: Exception) -> int:
     """Tell in one message what went wrong; return the exit code."""
     if isinstance(error, click.ClickException):
-        error.show()
+        said = io.StringIO()
+        error.show(said)
+        click.echo(safe_text(said.getvalue()), err=True, nl=False)
         return MISTAKE
     if isinstance(error, BrokenPipeError):
         # The reader has seen enough; keep the interpreter from failing once more as it flushes.

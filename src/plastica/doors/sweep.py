@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from plastica.doors.equilibria import SUFFIXES
-from plastica.doors.telling import DONE, FAILED, INTERRUPTED, console, print_json, say
+from plastica.doors.telling import DONE, FAILED, INTERRUPTED, console, print_json, say, tell
 from plastica.errors import ArgumentError, FileError
 
 if TYPE_CHECKING:
@@ -190,7 +190,7 @@ def _estimated(plan: Plan, workers: int | None, store: Path | None, as_json: boo
     if as_json:
         print_json(vars(found))
     else:
-        click.echo(f"{found}")
+        tell(found)
     return DONE
 
 

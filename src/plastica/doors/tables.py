@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plastica.doors.numbers import shown
+from plastica.errors import one_line, safe_text
 from plastica.show.words import parameter
 
 if TYPE_CHECKING:
@@ -45,17 +46,17 @@ def pairs(title: str) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), box=SIMPLE, show_header=False, title_justify="left", pad_edge=False)
+    table = Table(title=Text(one_line(title)), box=SIMPLE, show_header=False, title_justify="left", pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
     return table
 
 
 def row(table: Table, *cells: object) -> None:
-    """Add a row, as plain text."""
+    """Add a row, as plain text that cannot steer the terminal."""
     from rich.text import Text
 
-    table.add_row(*(Text(str(cell)) for cell in cells))
+    table.add_row(*(Text(safe_text(cell)) for cell in cells))
 
 
 def print_result(console: Console, facts: dict[str, Any], files: Sequence[Path], seconds: float | None) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from plastica.errors import PlasticaError, StorageError
+from plastica.errors import PlasticaError, StorageError, safe_text
 
 __all__ = [
     "DONE",
@@ -23,6 +23,7 @@ __all__ = [
     "exit_code",
     "print_json",
     "say",
+    "tell",
     "terminable",
 ]
 
@@ -63,9 +64,23 @@ def print_json(value: Any) -> None:
     """Print plain values as one JSON object; numbers that are not finite become null."""
     from plastica.doors.numbers import clean
 
-    click.echo(json.dumps(clean(value), ensure_ascii=False, allow_nan=False, indent=2))
+    text = json.dumps(clean(value), ensure_ascii=False, allow_nan=False, indent=2)
+    if safe_text(text) != text:
+        # Such characters can only stand within strings, where JSON has escapes for them.
+        text = "".join(each if safe_text(each) == each else _as_json(each) for each in text)
+    click.echo(text)
+
+
+def _as_json(character: str) -> str:
+    pair = character.encode("utf-16-be", "surrogatepass").hex()
+    return "".join(f"\\u{pair[i : i + 4]}" for i in range(0, len(pair), 4))
+
+
+def tell(message: object) -> None:
+    """Tell something on standard output."""
+    click.echo(safe_text(message))
 
 
 def say(message: str) -> None:
     """Tell something on standard error."""
-    click.echo(f"plastica: {message}", err=True)
+    click.echo(safe_text(f"plastica: {message}"), err=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plastica._version import __version__
+from plastica.errors import safe_text
 from plastica.motion.dataset import natural_shape
 from plastica.physics.bounds import Bounds
 from plastica.physics.ledger import rates
@@ -134,9 +135,7 @@ def unjudged(error: Exception) -> Outcome:
     sentence = f"The verdict could not be reached ({why}); the motion itself is computed and kept."
     distance = "How far it is from rest could not be told either."
     nan = float("nan")
-    return Outcome(
-        "not judged", "not judged", False, False, "Not judged", sentence, distance, nan, nan, nan, nan, nan
-    )
+    return Outcome("not judged", "not judged", False, False, "Not judged", sentence, distance, nan, nan, nan, nan, nan)
 
 
 def _rise(model: Model, mu_nat: np.ndarray) -> float:
@@ -315,4 +314,4 @@ def introduction(solution: Solution) -> str:
         *(f"note      {note}" for note in solution.notes),
         f"see       {REFERENCES[0]}",
     ]
-    return "\n".join(lines)
+    return safe_text("\n".join(lines))

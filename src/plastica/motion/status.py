@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from plastica.errors import safe_text
+
 __all__ = ["Counts", "Event", "Status", "status"]
 
 _SENTENCES = {
@@ -51,7 +53,7 @@ class Status:
     sentence: str
 
     def __str__(self) -> str:
-        return f"{self.code}: {self.sentence}"
+        return safe_text(f"{self.code}: {self.sentence}")
 
 
 def status(code: str, **facts: object) -> Status:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import ArgumentError
+from plastica.errors import ArgumentError, safe_text
 from plastica.motion.solution import Solution
 from plastica.study.run import described, solved
 from plastica.study.scenario import Scenario
@@ -234,7 +234,7 @@ class Sweep:
         if self.regimes:
             told = {regime: count for regime, count in self.regimes.items() if regime != "pending"}
             lines.append("regimes   " + ", ".join(f"{count} {regime}" for regime, count in told.items()))
-        return "\n".join(lines)
+        return safe_text("\n".join(lines))
 
     __repr__ = __str__
 
