@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from plastica.errors import ArgumentError
@@ -24,6 +25,9 @@ FUNCTIONS: Final = (
     "pos", "abs", "exp", "log", "sin", "cos", "tan", "tanh", "sinh", "cosh", "sqrt", "atan",
 )  # fmt: skip
 """The functions of every expression; load and shape text has `step` besides."""
+
+_MOST_LINES: Final = 64
+"""Breaks within an argument up to which it is looked at line by line."""
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 
@@ -165,7 +169,7 @@ def breakpoints(
         Values of its parameters.
     interval : tuple of (float, float), optional
         Where to look for sign changes of arguments that are not linear, such as in abs(cos(3*s)), on 2001 points;
-        without it these are left out.
+        without it these are left out, unless they are linear between breaks of their own.
 
     Returns
     -------
@@ -204,13 +208,18 @@ def constant_beyond(expression: Expression, values: Mapping[str, float], at: flo
         has no variable left in it.
     """
     from plastica.material import functions as fn
-    from plastica.material.compiled import constant_value
 
     if expression.variable is None:
         return True
-    variable = symbol(expression.variable)
+    return not fn.depends(_on_branch(expression.tree, expression.variable, values, at), symbol(expression.variable))
 
-    name = expression.variable
+
+def _on_branch(tree: Any, name: str, values: Mapping[str, float], at: float) -> Any:
+    """Replace every step, pos and abs of what is linear, or linear near `at`, by the branch that it is on there."""
+    from plastica.material import functions as fn
+    from plastica.material.compiled import constant_value
+
+    variable = symbol(name)
 
     def branch(node: Any) -> Any:
         inner = node.args[0]
@@ -224,25 +233,53 @@ def constant_beyond(expression: Expression, values: Mapping[str, float], at: flo
         return (1 if beyond else -1) if isinstance(node, fn.sign) else int(beyond)
 
     broken = (fn.pos, fn.absolute, *fn.STEP_LIKE)
-    settled = expression.tree.replace(lambda node: isinstance(node, broken), branch)
-    return not fn.depends(settled, variable)
+    return tree.replace(lambda node: isinstance(node, broken), branch)
 
 
 def _zeros(tree: Any, name: str, values: Mapping[str, float], interval: tuple[float, float] | None) -> list[float]:
     """Return the zero of a linear tree, or the sign changes of another on an interval."""
     import numpy as np
 
-    from plastica.material.compiled import array_function, constant_value
+    from plastica.material.compiled import array_function
     from plastica.material.functions import depends, derive
     from plastica.material.halfline import sign_changes
 
-    slope = derive(tree, symbol(name))
-    if not depends(slope, symbol(name)):
-        a, b = constant_value(slope, values), constant_value(tree, {**values, name: 0.0})
-        return [-b / a + 0.0] if a != 0.0 and math.isfinite(b / a) else []
+    if not depends(derive(tree, symbol(name)), symbol(name)):
+        return _zero(tree, name, values)
+    pieced = _zeros_of_lines(tree, name, values)
+    if pieced is not None:
+        return pieced
     if interval is None:
         return []
     return sorted(set(sign_changes(array_function(tree, symbol(name), values), np.linspace(*interval, 2001))))
+
+
+def _zero(tree: Any, name: str, values: Mapping[str, float]) -> list[float]:
+    """Return the zero of a linear tree, if it has one."""
+    from plastica.material.compiled import constant_value
+    from plastica.material.functions import derive
+
+    a, b = constant_value(derive(tree, symbol(name)), values), constant_value(tree, {**values, name: 0.0})
+    return [-b / a + 0.0] if a != 0.0 and math.isfinite(b / a) else []
+
+
+def _zeros_of_lines(tree: Any, name: str, values: Mapping[str, float]) -> list[float] | None:
+    """Return the zeros of what is linear between breaks of its own, such as 1 - abs(t - 3); None for what is not."""
+    from plastica.material import functions as fn
+
+    nodes = tree.atoms(fn.pos, fn.absolute, *fn.STEP_LIKE)
+    breaks = sorted({zero for node in nodes for zero in _zeros(node.args[0], name, values, None)})
+    if not breaks or len(breaks) > _MOST_LINES:
+        return None
+    found: list[float] = []
+    wide = 1.0 + abs(breaks[0]) + abs(breaks[-1])
+    for low, high in pairwise((-math.inf, *breaks, math.inf)):
+        at = 0.5 * (max(low, breaks[0] - wide) + min(high, breaks[-1] + wide))
+        line = _on_branch(tree, name, values, at)
+        if fn.depends(fn.derive(line, symbol(name)), symbol(name)):
+            return None
+        found += [zero for zero in _zero(line, name, values) if low <= zero <= high]
+    return found
 
 
 def _restored(text: str, variable: str | None, parameters: tuple[str, ...], allow_step: bool, order: int) -> Expression:

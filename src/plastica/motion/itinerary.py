@@ -10,7 +10,7 @@ from plastica.motion.integrate import Stretch
 from plastica.physics.model import Model
 from plastica.physics.program import Program
 
-__all__ = ["itinerary", "landing_points"]
+__all__ = ["itinerary", "landing_points", "short_changes"]
 
 
 def itinerary(strut: Model, start: float, end: float) -> tuple[Stretch, ...]:
@@ -65,3 +65,31 @@ def _corners(program: Program, end: float) -> tuple[float, ...]:
         for knot, near in zip(knots, gap, strict=True)
         if knot.kind == "jump" or abs(knot.size) * min(1.0, near) > 1e-3 * largest
     )
+
+
+def short_changes(strut: Model, start: float, end: float) -> tuple[str, ...]:
+    """Return a sentence for each load whose changes cannot all be shown to be met on [start, end].
+
+    Parameters
+    ----------
+    strut : Strut or Rod
+        The rod and its loads.
+    start, end : float
+        Dimensionless times.
+
+    Returns
+    -------
+    tuple of str
+        With times in the user's units; empty where the run overlooks nothing.
+    """
+    told, scale = [], strut.scales.time
+    for name, program in strut.loads.items():
+        spans = () if program.constant else [each for each in program.hidden(end) if each[1] > start]
+        if spans:
+            # Where there are many, they are told as one.
+            first, last = (f"{t * scale:.6g}" for t in (max(spans[0][0], start), spans[-1][1]))
+            told.append(
+                f"{name}: a change too short to be followed may be overlooked between t = {first} and {last} "
+                f"{strut.time_unit}, where the text changes too fast to be bounded; give the load as a table there"
+            )
+    return tuple(told)

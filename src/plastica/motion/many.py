@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
+from plastica.motion.itinerary import short_changes
 from plastica.motion.members import Curvatures, Given, Thrusts, read_members
 from plastica.motion.parts import Part, Settings, join, run_part
 from plastica.motion.plan import Until, check_rtol
@@ -126,7 +127,8 @@ def solve_many(
         Over `member` (and `t`, where times are given): natural_curvature, drive, threshold, tip_x, tip_y, tip_angle,
         largest_angle, liapunov. Over `member`: time_reached, status (a code as in `Status`; "done" where it went
         well), method ("DOP853" in the batch, "LSODA" where solved singly), steps, nodes; and what `also` asks for. nan
-        where a member did not come to a time.
+        where a member did not come to a time. The attribute `notes` tells, where there is one, which changes of a load
+        are too short to be followed.
 
     Raises
     ------
@@ -163,8 +165,16 @@ def solve_many(
         ).checked(settings.end)
 
     run = _Runs(settings, arrays, int(chunk), int(workers), progress)
-    part = run(given(strut)) if strut.grid.nodes != "auto" else _on_chosen_nodes(run, strut, given)
-    return _dataset(strut, part, times)
+    auto = strut.grid.nodes == "auto"
+    first = given(strut.with_grid(strut.grid.with_nodes(AUTO_NODES[0])) if auto else strut)
+    part = _on_chosen_nodes(run, strut, first, given) if auto else run(first)
+    return _dataset(strut, part, times, _short(first, settings.end))
+
+
+def _short(given: Given, end: float) -> tuple[str, ...]:
+    """What cannot be shown to be met of the loads of any member."""
+    struts = (given.strut.with_load(replace(given.strut.load, thrust=thrust)) for thrust in given.thrusts)
+    return tuple(dict.fromkeys(note for each in struts for note in short_changes(each, 0.0, end)))
 
 
 def _width(arrays: Arrays, chunk: int) -> int:
@@ -291,9 +301,8 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _on_chosen_nodes(run: _Runs, strut: Strut, given: Callable[[Strut], Given]) -> Part:
+def _on_chosen_nodes(run: _Runs, strut: Strut, first: Given, given: Callable[[Strut], Given]) -> Part:
     """Give each member the smallest number of nodes that resolves its motion, the first that are tried being few."""
-    first = given(strut.with_grid(strut.grid.with_nodes(AUTO_NODES[0])))
     elements = first.strut.grid.elements
     candidates = [nodes for nodes in AUTO_NODES if nodes * elements <= LARGEST_SIZE] or [AUTO_NODES[0]]
     part = run(first, replace(run.settings, watch=len(candidates) > 1))
@@ -306,7 +315,7 @@ def _on_chosen_nodes(run: _Runs, strut: Strut, given: Callable[[Strut], Given]) 
     return part
 
 
-def _dataset(strut: Strut, part: Part, times: ArrayLike | None) -> xarray.Dataset:
+def _dataset(strut: Strut, part: Part, times: ArrayLike | None, notes: tuple[str, ...]) -> xarray.Dataset:
     import xarray
 
     from plastica.motion.told import coordinates, variables
@@ -315,5 +324,7 @@ def _dataset(strut: Strut, part: Part, times: ArrayLike | None) -> xarray.Datase
         "title": "motions of many struts whose natural curvature evolves",
         "conventions": "SI" if strut.specimen is not None else "dimensionless: lengths in L, forces in EI/L^2",
     }
+    if notes:
+        attributes["notes"] = "; ".join(notes)
     told = variables(strut, part, over_time=times is not None)
     return xarray.Dataset(told, coordinates(strut, part, times), attributes)

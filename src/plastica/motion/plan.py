@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.integrate import METHODS, Ending, Stop
+from plastica.motion.itinerary import short_changes
 from plastica.numerics.grid import Grid
 from plastica.physics.amounts import plain
 from plastica.physics.initial import (
@@ -235,6 +236,7 @@ def make_problem(
     notes: tuple[str, ...] = ()
     if added:
         notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
+    notes += short_changes(strut, plan.t0, plan.end)
     bending = ("transverse", "couple", *(("weight",) if strut.loads.weight_angle else ()))
     across = (program for name, program in strut.loads.sources() if name in bending)
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)

@@ -17,12 +17,12 @@ from plastica.physics.amounts import plain
 from plastica.physics.polyline import Array, Knot, Piece, Polyline
 from plastica.units import format_quantity
 
-__all__ = ["LOAD_UNITS", "Polygonal", "Program", "finite_fields", "known_keys", "time_words", "value_words"]
+__all__ = ["BURST", "LOAD_UNITS", "Polygonal", "Program", "finite_fields", "known_keys", "time_words", "value_words"]
 
 LOAD_UNITS: Final = ("N", "N*m", "N/m")
 """Units that the values of a program may have: force, couple, force per length."""
 
-_BURST: Final = 20.0
+BURST: Final = 20.0
 """How many times farther the next knot must be for a knot to be the end of a burst."""
 
 _LONGER: Final = ((86400.0, "day"), (3600.0, "h"), (60.0, "min"))
@@ -186,6 +186,10 @@ class Program(ABC):
         """Return the longest step between each two of `points` that overlooks no change; infinite if any will do."""
         return [math.inf] * (len(points) - 1)
 
+    def hidden(self, until: float) -> tuple[tuple[float, float], ...]:
+        """Return intervals in [0, until] where a change may be too short for `paces`; none where all are known."""
+        return ()
+
     @abstractmethod
     def variation(self, until: float) -> float:
         """Return the total variation on [0, until], jumps included; an upper estimate for text.
@@ -285,7 +289,7 @@ class Polygonal(Program):
         if gaps.size < 3:
             return ()
         least, most = np.minimum(gaps[:-1], gaps[1:]), np.maximum(gaps[:-1], gaps[1:])
-        return tuple(times[1:-1][most > _BURST * least].tolist())
+        return tuple(times[1:-1][most > BURST * least].tolist())
 
     def paces(self, points: Sequence[float]) -> list[float]:
         """Return four times the largest gap between knots, where there are knots inside; see `Program.paces`."""

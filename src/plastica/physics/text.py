@@ -18,18 +18,21 @@ from plastica.physics.program import Program, finite_fields
 
 if TYPE_CHECKING:
     from plastica.material.expression import Expression
+    from plastica.physics.pace import Paces
 
 __all__ = ["Text"]
-
-MOST_TURNS = 200
-"""Ends of bursts beyond which a text counts as changing everywhere."""
-
 
 @lru_cache(maxsize=256)
 def _read(text: str, names: tuple[str, ...]) -> Expression:
     from plastica.material.expression import parse
 
     return parse(text, variable="t", parameters=names, allow_step=True, where="text")
+
+
+@lru_cache(maxsize=64)
+def _paced(text: Text, until: float) -> Paces:
+    """Return the paces of a text up to `until`, computed once."""
+    return text.paced(until)
 
 
 @final
@@ -160,37 +163,25 @@ class Text(Program):
         beyond = (last + near(last) + 1.0 + last) * self.time_scale
         return last if constant_beyond(self._expression, dict(self.parameters), beyond) else None
 
-    def bursts(self, until: float) -> tuple[float, ...]:
-        """Return where the text begins and stops to change, as seen on 65 537 points; see `Program.bursts`.
+    def paced(self, until: float) -> Paces:
+        """Return how fast the text changes on [0, until]."""
+        from plastica.physics.pace import paces_of
 
-        Limits: a pulse shorter than 1/30 000 of the run may be missed. Give such a load as a table.
-        """
-        t, values = self._seen(until)
-        change = np.abs(np.diff(values))
-        moving = change > 1e-9 * float(np.abs(values).max())
-        # A sample on either side belongs to the burst: it may have begun just before it is seen.
-        moving[1:] |= moving[:-1].copy()
-        moving[:-1] |= moving[1:].copy()
-        turns = np.nonzero(moving[1:] != moving[:-1])[0] + 1
-        return tuple(t[turns].tolist()) if turns.size <= MOST_TURNS else ()
+        breaks = [t for t, _ in self._breaks]
+        return paces_of(self._expression.tree, "t", dict(self.parameters), breaks, until, self.time_scale)
+
+    def bursts(self, until: float) -> tuple[float, ...]:
+        """Return where its pace changes, as shown by interval arithmetic on the formula; see `Program.bursts`."""
+        return tuple(t for t in _paced(self, until).turns if 0.0 < t < until)
 
     def paces(self, points: Sequence[float]) -> list[float]:
-        """Return a quarter of the time in which it could run through its whole range; see `Program.paces`."""
-        _, values = self._seen(points[-1])
-        extent = float(np.ptp(values))
-        return [self._pace(a, b, extent) for a, b in pairwise(points)]
+        """Return the least of the longest steps on the pieces in between; see `Program.paces`."""
+        paced = _paced(self, points[-1])
+        return [paced.longest(a, b) for a, b in pairwise(points)]
 
-    def _pace(self, a: float, b: float, extent: float) -> float:
-        slope = self._slopes(np.linspace(a + near(a), b - near(b), 513))
-        steepest = float(np.abs(slope[np.isfinite(slope)]).max(initial=0.0))
-        return 0.25 * extent / steepest if steepest * (b - a) > 1e-9 * extent > 0.0 else math.inf
-
-    def _seen(self, until: float) -> tuple[Array, Array]:
-        """Evaluate densely up to `until`, or up to where it settles."""
-        settled = self.settled
-        t = np.linspace(0.0, until if settled is None else min(until, settled + near(settled)), 65_537)
-        values = self._vector(t)
-        return t, np.where(np.isfinite(values), values, 0.0)
+    def hidden(self, until: float) -> tuple[tuple[float, float], ...]:
+        """Return where the formula cannot be shown to hold no short change; see `Program.hidden`."""
+        return _paced(self, until).hidden
 
     def on(self, a: float, b: float) -> Piece:
         """Return the program on [a, b]; see `Program.on`."""
@@ -223,12 +214,17 @@ class Text(Program):
         return Knot(t, "slope", after - before)
 
     def _samples(self, until: float) -> list[Array]:
-        """Return times to look at between breaks: dense everywhere, and denser after each break."""
+        """Return times to look at between breaks: dense everywhere, denser after each break and where it is fast."""
         breaks = [t for t, _ in self._breaks if 0.0 < t < until]
         ends = sorted({0.0, *breaks, until})
         even = np.linspace(0.0, 1.0, max(4096 // len(ends), 64) + 1)
         share = np.union1d(even, np.logspace(-12.0, 0.0, 512))
-        return [np.clip(a + (b - a) * share, a + (near(a) if a else 0.0), b - near(b)) for a, b in pairwise(ends)]
+        looks = _paced(self, until).looks
+        samples = []
+        for a, b in pairwise(ends):
+            t = np.union1d(a + (b - a) * share, looks[(looks > a) & (looks < b)])
+            samples.append(np.clip(t, a + (near(a) if a else 0.0), b - near(b)))
+        return samples
 
     def variation(self, until: float) -> float:
         """Return an estimate from above of the total variation on [0, until], from sampled slopes."""
