@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import plastica as pl
 from plastica.motion.history import History
-from plastica.motion.status import Status
+from plastica.physics.status import Status
 from plastica.show import plots
 
 FIGURES: dict[str, Callable[[pl.Solution], Figure]] = {

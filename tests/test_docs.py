@@ -23,7 +23,8 @@ import pytest
 import plastica as pl
 from plastica.doors import cli
 from plastica.material import catalogue
-from plastica.motion import dataset, status
+from plastica.motion import dataset
+from plastica.physics import status
 from plastica.physics.scales import unit_of
 from plastica.study import schema
 from tests.support import reference, reference_error, solution_of

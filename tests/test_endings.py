@@ -13,8 +13,9 @@ from plastica.equilibria import way
 from plastica.equilibria.apart import ends_apart
 from plastica.equilibria.elastica import ends, profile
 from plastica.equilibria.endings import KINDS, Endings, _remembers, distance_between, endings
-from plastica.equilibria.rest import _statics, _symmetric_spectrum, settle
+from plastica.equilibria.rest import settle
 from plastica.equilibria.settled import settle_many
+from plastica.equilibria.statics import statics, symmetric_spectrum
 from plastica.material.material import Laws
 from tests.support import EPS
 
@@ -160,7 +161,7 @@ def check_settled() -> None:
         model = STRUT.with_load(pl.Load(thrust=float(gamma[i])))
         one = settle(model, mu[i], float(mu_nat[i]))
         assert bool(found.converged[i]) == one.converged
-        slowest = float(np.abs(_symmetric_spectrum(_statics(model, 0.0)[1](one.mu), model)).min())
+        slowest = float(np.abs(symmetric_spectrum(statics(model, 0.0)[1](one.mu), model)).min())
         off = np.abs(found.mu[i] - one.mu).max()
         assert off <= 1e-12 * max(1.0, float(np.abs(one.mu).max())) * grid.size / slowest, i
 

@@ -188,7 +188,7 @@ def test_words_of_segments_and_speed() -> None:
 
 def test_a_rod_that_did_not_take_a_step_has_a_page() -> None:
     from plastica.motion.history import History
-    from plastica.motion.status import Status
+    from plastica.physics.status import Status
 
     whole = run("rod")
     none = replace(

@@ -14,7 +14,7 @@ from rich.console import Console
 import plastica as pl
 from plastica.doors import numbers, tables
 from plastica.motion.history import History
-from plastica.motion.status import Status
+from plastica.physics.status import Status
 from plastica.show import report as reports
 from plastica.show import words
 from plastica.show.sections import SECTIONS

@@ -28,10 +28,10 @@ def _mirrored(sound: Any) -> Any:
 
 
 def _jacobian_of_a_longer_rod(patch: Patch) -> None:
-    from plastica.equilibria import rest
+    from plastica.equilibria import statics
 
-    sound = rest.load_moment
-    patch.setattr(rest, "load_moment", lambda strut, start, end: sound(strut.with_load(_heavier(strut)), start, end))
+    sound = statics.load_moment
+    patch.setattr(statics, "load_moment", lambda strut, start, end: sound(strut.with_load(_heavier(strut)), start, end))
 
 
 def _heavier(strut: Any) -> Any:

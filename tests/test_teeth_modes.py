@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from plastica.doors import held
 from plastica.doors import modes as command
-from plastica.equilibria import at_rest, vibration
+from plastica.equilibria import at_rest, rest, vibration
 from plastica.equilibria import modes as computed
 from plastica.equilibria.mode_set import Modes
 from plastica.physics.linearised import Linearised
@@ -70,9 +71,9 @@ def _elsewhere(_sound: Any) -> Any:
 
 
 def _natural_lost(sound: Any) -> Any:
-    def static(scenario: Any, time: float) -> Any:
-        found = sound(scenario, time)
-        return at_rest.settle(found.model, found.mu, 0.0)
+    def static(scenario: Any, load: Any) -> Any:
+        found = sound(scenario, load)
+        return rest.settle(found.model, found.mu, 0.0)
 
     return static
 
@@ -101,7 +102,7 @@ DEFECTS: dict[str, Defect] = {
     "the straight rod instead": _changed(at_rest, "_near", _elsewhere),
     "no threshold": _property(at_rest.AtRest, "stays", lambda found: True),
     "drawn at another size": _changed(drawn, "LARGEST", lambda sound: 0.9 * sound),
-    "natural curvature lost": _changed(command, "_static", _natural_lost),
+    "natural curvature lost": _changed(held, "static_shape", _natural_lost),
     "loads of the start": _changed(command, "_moment", lambda _: lambda scenario, given: (0.0, "")),
 }
 

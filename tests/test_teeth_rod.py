@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
-from plastica.equilibria import rest
+from plastica.equilibria import rest, statics
 from plastica.errors import FileError
 from plastica.motion import checkpoint, events, integrate, longtime, plan, store
 from plastica.physics import bounds, inertial, kernel
@@ -105,7 +105,7 @@ def heavier(patch: Patch) -> None:
         moment, slope = sound(*arguments)
         return (lambda t, theta: moment(t, theta) * (1.0 + 1e-8)), (lambda t, theta: slope(t, theta) * (1.0 + 1e-8))
 
-    for place in (kernel, rest):
+    for place in (kernel, statics):
         patch.setattr(place, "load_moment", wrong)
 
 

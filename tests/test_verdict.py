@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
-from plastica.equilibria import rest, unloaded
+from plastica.equilibria import statics, unloaded
 from plastica.errors import ArgumentError
 from plastica.motion import outcome
 from tests.rods import NEVER
@@ -205,8 +205,8 @@ DEFECTS: dict[str, tuple[Callable[[], None], Any, str, object]] = {
     "another drive": (check_bits, "unloaded", "_drive", lambda laws, mean, m: mean - 1.01 * m),
     "nothing swings": (check_without_damping, "outcome", "ARRIVED", 9.0),
     "any load bends": (check_names, "outcome", "BENT", 9.0),
-    "every mode is stable": (check_stability, "rest", "EDGE", 1e9),
-    "rounding decides": (check_stability, "rest", "EDGE", -1e9),
+    "every mode is stable": (check_stability, "statics", "EDGE", 1e9),
+    "rounding decides": (check_stability, "statics", "EDGE", -1e9),
 }
 
 
@@ -215,7 +215,7 @@ def test_defects_are_caught(defect: str, monkeypatch: pytest.MonkeyPatch) -> Non
     from plastica.motion import longtime
 
     check, place, name, value = DEFECTS[defect]
-    places = {"longtime": longtime, "unloaded": unloaded, "outcome": outcome, "rest": rest}
+    places = {"longtime": longtime, "unloaded": unloaded, "outcome": outcome, "statics": statics}
     monkeypatch.setattr(places[place], name, value)
     with pytest.raises(AssertionError):
         check()

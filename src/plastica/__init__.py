@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from plastica.motion.many import solve_many
     from plastica.motion.solution import Solution
     from plastica.motion.solve import solve
-    from plastica.motion.status import Status
     from plastica.motion.store import read
     from plastica.motion.thermodynamics import thermodynamics
     from plastica.numerics.grid import Grid
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from plastica.physics.load import Load
     from plastica.physics.rod import Rod
     from plastica.physics.scales import Specimen
+    from plastica.physics.status import Status
     from plastica.physics.strut import Strut
     from plastica.show.film import film
     from plastica.show.plots import plot
@@ -68,7 +68,7 @@ _HOMES = {
     "Solution": "plastica.motion.solution",
     "Specimen": "plastica.physics.scales",
     "Spectrum": "plastica.equilibria.spectrum",
-    "Status": "plastica.motion.status",
+    "Status": "plastica.physics.status",
     "Rod": "plastica.physics.rod",
     "Strut": "plastica.physics.strut",
     "Sweep": "plastica.study.sweep_result",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from plastica.charts.thresholds import thresholds
 from plastica.equilibria.catalog import equilibria_at
-from plastica.equilibria.rest import settle
+from plastica.equilibria.rest import Rest, rest, settle
 from plastica.errors import ArgumentError
 from plastica.material.material import Material
 from plastica.physics.amounts import finite
@@ -20,7 +20,7 @@ from plastica.physics.scales import Scales, Specimen
 from plastica.physics.strut import Strut
 from plastica.study.scenario import Scenario, read_scenario
 
-__all__ = ["Held", "held", "span"]
+__all__ = ["Held", "held", "span", "static_shape"]
 
 EULER = 0.25 * math.pi**2
 
@@ -96,13 +96,11 @@ class Held:
         """
         if given is not None:
             return _number(given, "1/m", "--alpha", self.specimen, self.scales.curvature)
-        strut, y = self.strut.with_load(Load(thrust=self.gamma * self.scales.force)), self.scenario.problem.y0
-        mu_nat = float(strut.layout.natural(y))
-        shape = settle(strut, strut.layout.mu(y), mu_nat)
-        alpha = float(strut.curvature_between([0.0], shape.mu[None, :], [0.0])[0, 0])
-        exact = [each.alpha for each in equilibria_at(self.gamma, mu_nat)]
+        shape = static_shape(self.scenario, Load(thrust=self.gamma * self.scales.force))
+        alpha = float(shape.model.curvature_between([0.0], shape.mu[None, :], [0.0])[0, 0])
+        exact = [each.alpha for each in equilibria_at(self.gamma, float(shape.mu_nat))]
         nearest = min(exact, key=lambda each: abs(each - alpha), default=math.inf)
-        if not shape.converged or abs(nearest - alpha) > 1e-3 * max(1.0, abs(alpha)):
+        if not shape.status.ok or abs(nearest - alpha) > 1e-3 * max(1.0, abs(alpha)):
             raise ArgumentError("must be given where the start comes to no static shape", where="--alpha", value=alpha)
         return nearest
 
@@ -127,6 +125,23 @@ class Held:
         if opens is None or count < 3:
             return np.linspace(0.4 * EULER, 1.05 * EULER, count)
         return np.append(0.8 * opens, np.linspace(1.001 * opens, max(1.05 * EULER, 1.25 * opens), count - 1))
+
+
+def static_shape(scenario: Scenario, load: Load) -> Rest:
+    """Find the static shape downhill from a scenario's start under other loads, which are constant.
+
+    Where the number of nodes is open it is chosen; for a start that is a former result, it is that of its grid.
+    """
+    model = scenario.model.with_load(load)
+    if scenario.start is None:
+        return rest(model, scenario.curvature, scenario.natural_curvature)
+    layout, y = scenario.start.model.layout, scenario.start.history.y[-1]
+    natural = layout.natural(y)
+    nat: float | NDArray[np.float64] = float(natural) if natural.ndim == 0 else natural
+    if model.grid.nodes == "auto":
+        return settle(model.with_grid(scenario.start.model.grid), layout.mu(y), nat)
+    there = scenario.problem.strut
+    return settle(there.with_load(load), there.layout.mu(scenario.problem.y0), nat)
 
 
 def held(file: Path, thrust: str | None, gamma: float | None) -> Held:

@@ -23,9 +23,6 @@ __all__ = ["modes"]
 
 DONE, FAILED = 0, 1
 
-STATIC_NODES = 48
-"""On which the static shape is looked for where the scenario leaves the number of nodes open."""
-
 
 @click.command()
 @common
@@ -38,15 +35,17 @@ def modes(scenario: Path, as_json: bool, picture: Path | None, moment: str | Non
     constant before the end, else as they are at the start, or at the time --at. The shape is the static one that the
     rod takes from the scenario's start, with its natural curvature, which is held too.
     """
+    from plastica.doors.held import static_shape
     from plastica.doors.telling import console, print_json, say
+    from plastica.equilibria.at_rest import held_load
     from plastica.equilibria.modes import modes as modes_of
     from plastica.study.scenario import read_scenario
 
     read = read_scenario(scenario)
     _require_inertia(read)
     time, why = _moment(read, moment)
-    shape = _static(read, time)
-    if not shape.converged:
+    shape = static_shape(read, held_load(read.model.load, time))
+    if not shape.status.ok:
         if as_json:
             print_json({"scenario": read.file, "title": read.title, "modes": [], "sentence": shape.sentence})
         say(shape.sentence)
@@ -95,20 +94,6 @@ def _time(text: str, *, si: bool) -> float:
     if value < 0.0:
         raise ArgumentError("must not be before the start", where="--at", value=text)
     return float(value)
-
-
-def _static(scenario: Scenario, time: float) -> Rest:
-    """The static shape downhill from the start, under the loads of one time."""
-    from plastica.equilibria.at_rest import held_load
-    from plastica.equilibria.rest import settle
-
-    start, y = scenario.problem.strut, scenario.problem.y0
-    model, mu = start.with_load(held_load(start.load, time)), start.layout.mu(y)
-    if scenario.model.grid.nodes == "auto":
-        model = model.with_grid(model.grid.with_nodes(STATIC_NODES))
-        mu = start.curvature_between([0.0], mu[None, :], model.grid.s)[0]
-    natural = start.layout.natural(y)
-    return settle(model, mu, float(natural) if natural.ndim == 0 else natural)
 
 
 def _drawn(found: Modes, file: Path) -> Path:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.equilibria.equilibrium import Equilibrium
-from plastica.equilibria.rest import Rest, settle
+from plastica.equilibria.rest import Rest, rest
+from plastica.equilibria.statics import balanced
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import Grid
-from plastica.physics.kernel import load_moment
 from plastica.physics.ledger import kinetic_energy
 from plastica.physics.load import Load
 from plastica.physics.model import Model
@@ -22,11 +22,7 @@ __all__ = ["AtRest", "Motion", "at_rest", "held_load"]
 Array = NDArray[np.float64]
 
 FIRST_NODES = 48
-"""Of the grid on which a static shape is looked for where the number of nodes is open; as in `rest`."""
-
-NEWTON_STEPS = 12
-ROUNDING = 1e-13
-"""Imbalance of moments, relative to the largest curvature or one, at which Newton's method is done."""
+"""Of the grid on which a known shape is taken up at the least where the number of nodes is open."""
 
 SAME_THRUST = 1e-9
 """Largest difference of the thrusts of an equilibrium and of the rod, relative to one or the thrust."""
@@ -110,7 +106,7 @@ def at_rest(model: Model, place: object) -> AtRest:
     Returns
     -------
     AtRest
-        On the model's grid; with ``Grid(nodes="auto")`` on 48 nodes.
+        On the model's grid; with ``Grid(nodes="auto")`` on one that resolves the shape, or on 48 nodes.
 
     Raises
     ------
@@ -128,10 +124,11 @@ def at_rest(model: Model, place: object) -> AtRest:
             value=model.load,
             next_step="Give rod.with_load(...) with the loads at the time that matters.",
         )
-    if model.grid.nodes == "auto":
-        model = model.with_grid(model.grid.with_nodes(FIRST_NODES))
     if place is None:
         return _straight(model)
+    if model.grid.nodes == "auto":
+        known = place.model.grid.per_element if isinstance(place, Rest) or _is_motion(place) else 0
+        model = model.with_grid(model.grid.with_nodes(max(FIRST_NODES, known)))
     if isinstance(place, Equilibrium):
         return _closed(model, _same_loads(model, place))
     if isinstance(place, Rest):
@@ -160,16 +157,14 @@ def _after_the_loads(model: Model, motion: Motion) -> Model:
 
 
 def _straight(model: Model) -> AtRest:
-    n = model.grid.size
-    nothing: float | Array = 0.0 if model.segments == 1 else np.zeros(model.segments)
-    shape = settle(model, np.zeros(n), nothing)
+    shape = rest(model)
     if not shape.converged:
         raise ArgumentError(
             "must be given where the straight rod comes to no static shape",
             where="equilibrium",
             next_step="Look for one with pl.rest(rod, curvature, natural_curvature).",
         )
-    return AtRest(model, shape.mu, model.angle(shape.mu), nothing)
+    return AtRest(shape.model, shape.mu, shape.model.angle(shape.mu), shape.mu_nat)
 
 
 def _same_loads(model: Model, place: Equilibrium) -> Equilibrium:
@@ -236,16 +231,6 @@ def _last(model: Model, motion: Motion) -> AtRest:
 
 
 def _balanced(model: Model, mu: Array, mu_nat: float | Array) -> AtRest:
-    """Newton's method for mu = mu_nat + M(mu), to the next static shape, be it stable or not."""
-    moment, slope = load_moment(model, 0.0, 1.0)
-    A, natural, identity = model.grid.A, model.division.spread(mu_nat), np.eye(model.grid.size)
-    for _ in range(NEWTON_STEPS):
-        imbalance = moment(0.0, A @ mu) - mu + natural
-        left, size = float(np.abs(imbalance).max()), max(1.0, float(np.abs(mu).max()))
-        if not left > ROUNDING * size:
-            break
-        try:
-            mu = mu + np.linalg.solve(identity - slope(0.0, A @ mu) @ A, imbalance)
-        except np.linalg.LinAlgError:
-            break
-    return AtRest(model, mu, A @ mu, mu_nat, None, left <= 100.0 * ROUNDING * size)
+    """The next static shape, be it stable or not."""
+    found, converged = balanced(model, mu, mu_nat)
+    return AtRest(model, found, model.grid.A @ found, mu_nat, None, converged)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from plastica.equilibria.statics import CONVERGED, MOST_STEPS, balanced, downhill, unstable_directions
 from plastica.errors import ArgumentError
-from plastica.numerics.grid import Grid
+from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
 from plastica.physics.initial import (
     Curvature,
     NaturalCurvature,
@@ -18,23 +19,28 @@ from plastica.physics.initial import (
     initial_shape,
     nodal_values,
 )
-from plastica.physics.kernel import load_moment
-from plastica.physics.ledger import liapunov
+from plastica.physics.load import Load
 from plastica.physics.model import Model
+from plastica.physics.resolution import too_coarse, turns_unseen
+from plastica.physics.status import Status, on_grid, status
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Rest", "rest", "settle", "unstable_directions"]
+__all__ = ["Rest", "rest", "settle"]
 
 Array = NDArray[np.float64]
 
-MOST_STEPS = 500
-CONVERGED = 1e-13
-"""Residual, relative to the largest curvature or one, at which the rod is at rest to rounding."""
+STATIC_NODES = (*AUTO_NODES, 192, 256)
+"""The node counts that are tried where the number is open: two more than for a motion, of which a shape has one."""
 
-EDGE = 1e-12
-"""Rate of growth that rounding can give a shape at the edge of stability."""
+FINE = 1e-10
+"""Relative Legendre tail, and error of the free end in L, at which these nodes suffice."""
+
+ALLOWED = 1e-8
+"""Error of the free end, in L, that is not spoken of."""
+
+RAISED = " It was found by raising the loads from nothing."
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +61,11 @@ class Rest:
         Largest |M - (mu - mu_nat)| left, dimensionless.
     unstable : int
         Number of unstable directions at frozen natural curvature; 0 for a stable shape.
-    sentence : str
-        The same in words.
+    error : float
+        How far the grid puts the free end off, from the same shape on a grid twice as fine; in the user's units.
+        Infinite where that grid has no such shape.
+    status : Status
+        "equilibrium"; or, with `ok` False, "not_found", or "not_resolved" where the error exceeds 1e-3 of the length.
     """
 
     model: Model
@@ -65,7 +74,13 @@ class Rest:
     converged: bool
     residual: float
     unstable: int
-    sentence: str
+    error: float
+    status: Status
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return self.status.sentence
 
     @property
     def stable(self) -> bool:
@@ -75,9 +90,8 @@ class Rest:
     @property
     def tip(self) -> tuple[float, float]:
         """Place of the free end, in the user's units."""
-        theta, w = self.model.angle(self.mu), self.model.grid.w
-        length = self.model.scales.length
-        return float(np.cos(theta) @ w) * length, float(np.sin(theta) @ w) * length
+        x, y = _end(self.model, self.mu)
+        return x * self.model.scales.length, y * self.model.scales.length
 
     @property
     def drive(self) -> float | Array:
@@ -92,7 +106,7 @@ class Rest:
     @property
     def admissible(self) -> bool:
         """Whether every drive is within its threshold: the rod, and not only its shape, is then in equilibrium."""
-        return self.converged and bool(np.all(np.abs(self.drive) <= self.threshold))
+        return self.status.ok and bool(np.all(np.abs(self.drive) <= self.threshold))
 
     def at(self, s: ArrayLike) -> Any:
         """Return the curvature at arc lengths s, in the user's units; a scalar gives a scalar."""
@@ -122,6 +136,8 @@ class Rest:
             "threshold": self.threshold,
             "unstable": self.unstable,
             "converged": int(self.converged),
+            "error": self.error,
+            "status": str(self.status),
             "admissible": int(self.admissible),
         }
         return xarray.Dataset(data, coords={"s": grid.s * scales.length}, attrs=attributes)
@@ -143,8 +159,8 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     Parameters
     ----------
     model : Strut or Rod
-        The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` becomes
-        48 nodes.
+        The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` takes
+        the smallest number of nodes that resolves the shape to 1e-10.
     curvature : number, text in s, function, Shape or nodal values
         Where to start from, as in `solve`: of several static shapes, the one downhill from here.
     natural_curvature : number, or text with a unit, or a sequence of these
@@ -153,7 +169,7 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     Returns
     -------
     Rest
-        With `converged` false, and a sentence, where no static shape was found.
+        With `status.ok` False, and a sentence, where no static shape was found or the grid does not resolve it.
 
     Raises
     ------
@@ -163,90 +179,104 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     Notes
     -----
     The steps are those of the implicit Euler method with a step that grows as fast as the energy and the growth rates
-    allow: at first they follow the flow downhill, at the end they are Newton's.
+    allow: at first they follow the flow downhill, at the end they are Newton's. Where this finds nothing that the grid
+    resolves, the loads are raised from nothing, and the shape followed; the status then says so.
+
+    Every shape is found again, by Newton's method, on a grid twice as fine; see docs/accuracy.md.
     """
     if not isinstance(model, Model):
         raise ArgumentError("must be a pl.Strut or a pl.Rod", where="model", value=model)
     if not model.load.is_constant:
         raise ArgumentError("must be constant for a static shape", where="load", value=model.load)
-    if model.grid.nodes == "auto":
-        model = model.with_grid(Grid(48, model.grid.breaks))
     si = model.specimen is not None
-    shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
-    strut = model if grid is model.grid else model.with_grid(grid)
     mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si, segments=model.segments)
-    return settle(strut, nodal_values(shape, grid), mu_nat)
+
+    def start(grid: Grid) -> tuple[Model, Array]:
+        shape, broken = initial_shape(curvature, grid, model.scales, si=si)
+        return model.with_grid(broken), nodal_values(shape, broken)
+
+    return settle(*start(model.grid), mu_nat) if model.grid.nodes != "auto" else _on_chosen_nodes(model, start, mu_nat)
 
 
 def settle(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
     """Find the static shape downhill from a dimensionless state; see `rest`."""
-    imbalance, stiffness = _statics(model, mu_nat)
-    identity = np.eye(model.grid.size)
-    step = 1.0
-    residual, energy = imbalance(mu), float(liapunov(model, 0.0, mu, mu_nat))
-    for _ in range(MOST_STEPS):
-        scale = max(1.0, float(np.abs(mu).max()))
-        if np.abs(residual).max() <= CONVERGED * scale or step < 1e-12:
-            break
-        jacobian = stiffness(mu)
-        fastest = float(_symmetric_spectrum(jacobian, model)[-1])
-        if fastest > 0.0:
-            # Beyond 1/rate an implicit step throws what grows to the other side: to another shape than the nearest.
-            step = min(step, 0.5 / fastest)
-        tried = mu + np.linalg.solve(identity / step - jacobian, residual)
-        new_residual = imbalance(tried)
-        new_energy = float(liapunov(model, 0.0, tried, mu_nat))
-        downhill = new_energy <= energy + 1e-14 * max(1.0, abs(energy))
-        if downhill and np.isfinite(new_residual).all():
-            stalled = step > 1e12 and np.abs(new_residual).max() >= np.abs(residual).max()
-            mu, residual, energy, step = tried, new_residual, new_energy, min(4.0 * step, 1e15)
-            if stalled:
-                break
-        else:
-            step *= 0.125
-    return _finished(model, mu, mu_nat, float(np.abs(residual).max()))
+    found = _settled(model, mu, mu_nat)
+    return found if found.status.ok else _first_ok(found, lambda: _raised(model, mu_nat))
 
 
-def _statics(model: Model, mu_nat: float | Array) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
-    """Functions of mu: the imbalance of moments M - (mu - mu_nat), and its derivative."""
-    moment, slope = load_moment(model, 0.0, 1.0)
-    A, natural = model.grid.A, model.division.spread(mu_nat)
-    identity = np.eye(model.grid.size)
-    return lambda mu: moment(0.0, A @ mu) - mu + natural, lambda mu: slope(0.0, A @ mu) @ A - identity
+def _first_ok(found: Rest, others: Callable[[], Rest | None]) -> Rest:
+    other = others()
+    return found if other is None or not other.status.ok else other
 
 
-def _symmetric_spectrum(jacobian: Array, model: Model) -> Array:
-    """Growth rates at frozen natural curvature, ascending: the Jacobian is symmetric in the weighted inner product."""
-    root = np.sqrt(model.grid.w)
-    scaled = root[:, None] * jacobian / root
-    return np.asarray(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
+def _on_chosen_nodes(model: Model, start: Callable[[Grid], tuple[Model, Array]], mu_nat: float | Array) -> Rest:
+    """Find the static shape on the smallest number of nodes that resolves it."""
+    grids = [model.grid.with_nodes(nodes) for nodes in STATIC_NODES]
+    starts = [start(grid) for grid in grids if grid.size <= LARGEST_SIZE] or [start(grids[0])]
+    tried: list[Rest] = []
+    for strut, mu in starts:
+        tried.append(_settled(strut, mu, mu_nat))
+        if _is_fine(tried[-1]):
+            return tried[-1]
+    if not any(found.status.ok for found in tried):
+        for strut, _ in starts[4:]:
+            raised = _raised(strut, mu_nat)
+            if raised is not None:
+                tried.append(raised)
+                if _is_fine(raised):
+                    return raised
+    return min(tried, key=lambda found: (not found.status.ok, found.error, -found.model.grid.size))
 
 
-def unstable_directions(model: Model, mu: Array, mu_nat: float | Array) -> int:
-    """Count the unstable directions of a static shape under constant loads, at frozen natural curvature.
-
-    Inertia and damping change how fast a disturbance grows, not whether it does: the loads have a potential.
-
-    Parameters
-    ----------
-    model : Strut or Rod
-        The rod, its loads constant.
-    mu : ndarray, shape (n,)
-        Dimensionless curvature at the nodes.
-    mu_nat : float, or ndarray of shape (m,) with several segments
-        Dimensionless natural curvature.
-    """
-    _, stiffness = _statics(model, mu_nat)
-    return int(np.count_nonzero(_symmetric_spectrum(stiffness(mu), model) > EDGE))
+def _is_fine(found: Rest) -> bool:
+    small = found.status.ok and found.error <= FINE * found.model.scales.length
+    return small and too_coarse(found.model, found.mu[None, :], FINE) is None
 
 
-def _finished(model: Model, mu: Array, mu_nat: float | Array, residual: float) -> Rest:
+def _settled(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
+    return _finished(model, mu_nat, *downhill(model, mu, mu_nat))
+
+
+def _raised(model: Model, mu_nat: float | Array) -> Rest | None:
+    """Follow the static shape as the loads are raised from nothing; None where they are small or not finite."""
+    load = {name: float(program(0.0)) for name, program in model.load.items()}
+    forces = [*model.dead_force(0.0), np.array(float(model.loads.couple(0.0)))]
+    largest = max(float(np.abs(force).max()) for force in forces)
+    if not 1.0 < largest < np.inf:
+        return None
+    mu, angle = model.division.spread(mu_nat) + np.zeros(model.grid.size), model.load.weight_angle
+    for share in np.geomspace(1.0 / largest, 1.0, 2 + int(np.log2(largest)))[:-1]:
+        part = {name: float(share) * value for name, value in load.items()}
+        under = model.with_load(Load(**part, weight_angle=angle, allow_tension=True))
+        mu, _ = downhill(under, mu, mu_nat, MOST_STEPS // 10)
+    return _finished(model, mu_nat, *downhill(model, mu, mu_nat, MOST_STEPS // 10), words=RAISED)
+
+
+def _end_error(model: Model, mu: Array, mu_nat: float | Array) -> float:
+    """How far the free end is from where another grid puts it: one twice as fine, or else half as fine; in L."""
+    finer = model.grid.refined()
+    other = model.with_grid(
+        finer if finer.size > model.grid.size else model.grid.with_nodes(max(2, model.grid.per_element // 2))
+    )
+    theirs, converged = balanced(other, model.curvature_between([0.0], mu[None, :], other.grid.s)[0], mu_nat)
+    if not converged or turns_unseen(other.grid, theirs):
+        return np.inf
+    (x, y), (x2, y2) = _end(model, mu), _end(other, theirs)
+    return float(np.hypot(x - x2, y - y2))
+
+
+def _end(model: Model, mu: Array) -> tuple[float, float]:
+    theta, w = model.angle(mu), model.grid.w
+    return float(np.cos(theta) @ w), float(np.sin(theta) @ w)
+
+
+def _finished(model: Model, mu_nat: float | Array, mu: Array, residual: float, words: str = "") -> Rest:
     unstable = unstable_directions(model, mu, mu_nat)
     converged = residual <= 100.0 * CONVERGED * max(1.0, float(np.abs(mu).max()))
-    if not converged:
-        sentence = f"No static shape found: {residual:.1e} of the balance of moments is left."
-    elif unstable:
-        sentence = f"At rest, but unstable in {unstable} direction{'s' if unstable > 1 else ''}."
-    else:
-        sentence = "At rest, and stable as long as the natural curvature is held."
-    return Rest(model, mu, mu_nat, converged, residual, unstable, sentence)
+    error = _end_error(model, mu, mu_nat) if converged else np.inf
+    stays = "and stable as long as the natural curvature is held."
+    if unstable:
+        stays = f"but unstable in {unstable} direction{'s' if unstable > 1 else ''}."
+    found = Status(True, "equilibrium", f"At rest, {stays}{words}") if converged else status("not_found", left=residual)
+    told = on_grid(found, model.grid.per_element, error, ALLOWED) if converged else found
+    return Rest(model, mu, mu_nat, converged, residual, unstable, error * model.scales.length, told)

@@ -1,6 +1,6 @@
 """Static shapes of many struts at frozen natural curvature, each under a thrust of its own, at once.
 
-`rest.settle` is the readable statement of the same steps for one rod under any dead loads; a test holds the two
+`statics.downhill` is the readable statement of the same steps for one rod under any dead loads; a test holds the two
 together.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.equilibria.apart import product_apart
-from plastica.equilibria.rest import CONVERGED, MOST_STEPS
+from plastica.equilibria.statics import CONVERGED, MOST_STEPS
 from plastica.numerics.arrays import LANES
 from plastica.numerics.grid import Grid
 
@@ -46,7 +46,7 @@ class Settled:
 
 
 def settle_many(grid: Grid, gamma: Array, mu: Array, mu_nat: Array) -> Settled:
-    """Find the static shape downhill from each of many states, by the steps of `rest.settle`.
+    """Find the static shape downhill from each of many states, by the steps of `statics.downhill`.
 
     Parameters
     ----------

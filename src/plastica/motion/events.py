@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.itinerary import landing_points
-from plastica.motion.status import Event
+from plastica.motion.record import Event
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution

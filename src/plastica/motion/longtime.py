@@ -31,10 +31,13 @@ FIRST_LOOK, LAST_LOOK = 20.0, 1e7
 def limit_of(solution: Solution) -> Limit | None:
     """Predict where a finished motion ends; None where no theory says so.
 
-    That is with inertia, a damping other than 1 or several natural segments, and where the loads go on varying or are
-    others than a thrust. Once the loads have settled the theory of the constant thrust applies to what follows.
+    That is with inertia, a damping other than 1 or several natural segments, where the loads go on varying or are
+    others than a thrust, and where the grid does not resolve the motion. Once the loads have settled the theory of the
+    constant thrust applies to what follows.
     """
     strut, end = as_strut(solution.model), solution.history.end
+    if solution.status.code == "not_resolved":
+        return None
     if strut is None or strut.loads.thrust(end) < 0.0:
         return None
     settled = strut.loads.settled

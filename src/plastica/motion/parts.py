@@ -17,13 +17,15 @@ from plastica.numerics.grid import Grid
 from plastica.numerics.stepper import COARSE, DONE, Ends, Members, Options, Watch, advance
 from plastica.physics import programs
 from plastica.physics.batch import Struts, readings
+from plastica.physics.resolution import end_errors, tails
+from plastica.physics.status import LOST
 from plastica.physics.strut import Strut
 
 __all__ = ["CODES", "Part", "Settings", "join", "run_part"]
 
 Array = NDArray[np.float64]
 
-CODES: Final = ("done", "step_limit", "not_finite", "too_coarse", "solver_failed")
+CODES: Final = ("done", "step_limit", "not_finite", "not_resolved", "solver_failed")
 """How a member ended, as `Status.code` says it."""
 
 SMALLEST_ATOL: Final = 1e-290
@@ -152,6 +154,8 @@ def run_part(given: Given, settings: Settings, arrays: Arrays | None = None) -> 
     ends = advance(struts, members, settings.options, arrays or Arrays(), watch=watch)
     if settings.times is not None and settings.times[0] == 0.0:
         ends.reports[0] = members.y
+    if watch is None:
+        _tell_unresolved(given, settings, ends)
     coarse = ends.code == COARSE
     singly = (ends.code != DONE) & ~coarse
     for i in np.flatnonzero(singly):
@@ -228,7 +232,7 @@ def _number(given: Given, name: str, value: float) -> float | str:
 
 
 def _watch(given: Given, rtol: float) -> Watch:
-    """Tell which members a grid does not resolve: by the tails that `motion.resolution` looks at.
+    """Tell which members a grid does not resolve: by the tails that `physics.resolution` looks at.
 
     What is told of members are integrals over the rod. J and J* being adjoint on the grid, these err by the square of
     what the curvature errs between its nodes: at most by 0.03 of it, over all shapes and thrusts that were tried.
@@ -240,11 +244,23 @@ def _watch(given: Given, rtol: float) -> Watch:
     def watch(ids: NDArray[np.intp], y: Array) -> NDArray[np.bool_]:
         mu = np.ascontiguousarray(y[:-1].T)
         size = np.maximum(np.maximum(first[ids], np.abs(mu).max(axis=1)), 1e-300)
-        theta = mu @ grid.A.T
-        tails = np.maximum(grid.tail(mu) / size, grid.tail(np.sin(theta)) / np.minimum(1.0, size))
-        return np.asarray(rough[ids] | (np.maximum(tails, grid.tail(np.cos(theta))) > allowed))
+        return np.asarray(rough[ids] | (tails(grid, mu, size) > allowed))
 
     return watch
+
+
+def _tell_unresolved(given: Given, settings: Settings, ends: Ends) -> None:
+    """Put another code where the grid, which is kept, does not resolve the states that are told, or the first ones."""
+    n, start = given.strut.grid.size, np.broadcast_to(given.mu, (given.count, given.strut.grid.size))
+    moments = [(np.zeros(given.count), start), (ends.t, ends.y[:n].T)]
+    if settings.times is not None:
+        looks = zip(settings.times, ends.reports, strict=True)
+        moments += [(np.full(given.count, t), report[:n].T) for t, report in looks]
+    for t, mu in moments:
+        some = np.flatnonzero((ends.code == DONE) & np.isfinite(mu).all(axis=1))
+        thrust = _loads(given.strut, given.chosen(some), t[some])["thrust"]
+        off = end_errors(given.strut, t[some], mu[some], thrust)
+        ends.code[some[off > LOST]] = COARSE
 
 
 def _limits(given: Given, own: Array, ends: Ends, coarse: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:

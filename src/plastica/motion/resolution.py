@@ -1,61 +1,28 @@
-"""Whether a grid resolves a motion: the decay of Legendre coefficients."""
+"""Whether a grid resolves a motion: where nodes are being chosen, a run on too few is given up; else it is told."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.integrate import Ending, Stop
-from plastica.numerics.grid import Grid
 from plastica.physics.kernel import Kernel
 from plastica.physics.model import Model
+from plastica.physics.resolution import largest_end_error, too_coarse
+from plastica.physics.status import error_on_grid, on_grid
 
-__all__ = ["coarse", "too_coarse"]
+if TYPE_CHECKING:
+    from plastica.motion.solution import Solution
+
+__all__ = ["coarse", "on_given_nodes"]
 
 Array = NDArray[np.float64]
 
-EPS = float(np.finfo(float).eps)
-STATES_AT_ONCE = 1000
-
-
-def too_coarse(strut: Model, states: Array, rtol: float, size: float | None = None) -> float | None:
-    """Return the relative Legendre tail of a motion where it exceeds the tolerance, else None.
-
-    Looks at the curvature, relative to its largest value, and at sin(theta) and cos(theta), whose products with the
-    loads are what is integrated: relative to one, the sine to the largest curvature (which bounds it) if less.
-
-    Parameters
-    ----------
-    strut : Model
-        The model on the grid in question.
-    states : ndarray, shape (k, size)
-        States met on the way.
-    rtol : float
-        The relative tail allowed; never below 50 eps, where rounding takes over.
-    size : float, optional
-        Largest curvature met, by default that of these states.
-
-    Returns
-    -------
-    float or None
-    """
-    n = strut.grid.size
-    largest = float(np.abs(states[:, :n]).max()) if size is None else size
-    if largest == 0.0:
-        return None
-    parts = range(0, states.shape[0], STATES_AT_ONCE)
-    worst = max(_tail(strut.grid, states[i : i + STATES_AT_ONCE, :n], largest) for i in parts)
-    return worst if worst > max(rtol, 50.0 * EPS) else None
-
-
-def _tail(grid: Grid, mu: Array, size: float) -> float:
-    theta = mu @ grid.A.T
-    tails = (
-        grid.tail(mu).max() / size,
-        grid.tail(np.sin(theta)).max() / min(1.0, size),
-        grid.tail(np.cos(theta)).max(),
-    )
-    return float(max(tails))
+ROUNDING = 100.0 * float(np.finfo(float).eps)
+"""Error of a moment by rounding, relative to the force that makes it."""
 
 
 def coarse(strut: Model, rtol: float, size: float) -> Stop:
@@ -78,3 +45,22 @@ def coarse(strut: Model, rtol: float, size: float) -> Stop:
         return "too_coarse" if steps % 10 == 0 and too_coarse(strut, y[None, :], rtol, size) is not None else None
 
     return criterion
+
+
+def on_given_nodes(solution: Solution) -> Solution:
+    """Return a solution that tells what the grid, which was not chosen for it, leaves unresolved.
+
+    The error is the largest of `end_errors` over the accepted steps; what is allowed is rtol, and rounding.
+    """
+    model, history, layout = solution.model, solution.history, solution.model.layout
+    accepted = history.accepted[np.isfinite(history.y[history.accepted]).all(axis=1)]
+    t, mu = history.t[accepted], layout.mu(history.y[accepted])
+    error = largest_end_error(model, t, mu)
+    forces = max(float(np.abs(force).max()) for force in model.dead_force(t))
+    allowed, nodes = max(solution.rtol, ROUNDING * max(1.0, forces)), model.grid.per_element
+    told = error_on_grid(nodes, error, allowed)
+    if not told:
+        return solution
+    return replace(
+        solution, status=on_grid(solution.status, nodes, error, allowed), notes=(*solution.notes, told.rstrip("."))
+    )

@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.history import History
-from plastica.motion.status import Counts, Event, Status
+from plastica.motion.record import Counts, Event
 from plastica.physics.bounds import Bounds, bounds
 from plastica.physics.ledger import Ledger, kinetic_energy, stored_energy
 from plastica.physics.model import Model
+from plastica.physics.status import Status
 
 if TYPE_CHECKING:
     import xarray

@@ -18,12 +18,14 @@ from plastica.motion.integrate import Leg, Options, Stop, integrate
 from plastica.motion.itinerary import itinerary
 from plastica.motion.keeping import Keeping, keeping_in
 from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, rest
-from plastica.motion.resolution import coarse, too_coarse
+from plastica.motion.record import Counts
+from plastica.motion.resolution import coarse, on_given_nodes
 from plastica.motion.solution import Solution
-from plastica.motion.status import Counts, Status, status
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
 from plastica.physics.initial import Curvature, NaturalCurvature
 from plastica.physics.model import Model
+from plastica.physics.resolution import too_coarse
+from plastica.physics.status import Status, status
 
 __all__ = ["Progress", "Until", "solve"]
 
@@ -145,7 +147,7 @@ def solve(
     with nullcontext() if keeping is None else keeping.held():
         if model.grid.nodes != "auto":
             problem = make_problem(model, plan, *given)
-            solution = _solution(problem, plan, _run(problem, plan, progress, keeping))
+            solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, keeping)))
         else:
             solution = _choose_nodes(model, plan, given, progress, keeping)
     return _told_where_it_ends(solution) if plan.settle else solution
@@ -176,7 +178,7 @@ def _told_where_it_ends(solution: Solution) -> Solution:
 def _rests_stably(solution: Solution) -> bool:
     """Whether the last state, at rest under loads that have become constant, is a stable shape."""
     from plastica.equilibria.at_rest import held_load
-    from plastica.equilibria.rest import unstable_directions
+    from plastica.equilibria.statics import unstable_directions
 
     model, end = solution.model, solution.history.end
     held = model.with_load(held_load(model.load, end * model.scales.time))
@@ -347,7 +349,7 @@ def _choose_nodes(
                 fewer = f"; too few: {', '.join(tried)}" if tried else ""
                 return _noted(_solution(problem, plan, ran), f"{nodes} nodes per element chosen: {why}{fewer}")
         tried.append(f"{nodes} ({shortfall or plan.rtol:.0e})")
-    solution = _solution(problem, plan, _run(problem, plan, progress, here))
+    solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, here)))
     return _noted(
         solution, f"{nodes} nodes per element, the most tried, leave a Legendre tail of {tried[-1]}: add breaks"
     )

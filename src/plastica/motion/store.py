@@ -17,13 +17,14 @@ from plastica.errors import ArgumentError, FileError
 from plastica.files import Medium, as_path, check_schema, regular_file, write_whole
 from plastica.material.material import Material
 from plastica.motion.history import History
+from plastica.motion.record import Counts
 from plastica.motion.solution import Solution
-from plastica.motion.status import Counts, Status
 from plastica.numerics.grid import Grid
 from plastica.physics.load import Load
 from plastica.physics.model import Model
 from plastica.physics.rod import Rod
 from plastica.physics.scales import Specimen
+from plastica.physics.status import Status
 from plastica.physics.strut import Strut
 
 if TYPE_CHECKING:

@@ -149,10 +149,17 @@ class Grid:
         return Grid(nodes, self.breaks)
 
     def refined(self) -> Grid:
-        """Return the same elements with twice the nodes, or the grid itself where that would be too many."""
-        if 2 * self.per_element > LARGEST_NODES or 2 * self.size > LARGEST_SIZE:
+        """Return the grid with twice the nodes on each element; where that would be too many, with each element halved.
+
+        The grid itself where it would have too many nodes in all.
+        """
+        if 2 * self.size > LARGEST_SIZE or 2 * self.elements > LARGEST_ELEMENTS:
             return self
-        return Grid(2 * self.per_element, self.breaks)
+        if 2 * self.per_element <= LARGEST_NODES:
+            return Grid(2 * self.per_element, self.breaks)
+        lower, width = self._lower_and_width
+        halves = np.sort(np.concatenate([lower, lower + 0.5 * width, [1.0]]))
+        return Grid(self.per_element, tuple(halves.tolist()))
 
     def with_breaks(self, positions: Iterable[float]) -> Grid:
         """Return the grid with further element ends; positions at existing ends (to 1e-12) add nothing."""

@@ -39,10 +39,11 @@ STATUSES: Final = (
     "not_finite",
     "never_settled",
     "refused",
+    "not_resolved",
 )
 """How a member ended: codes as in `Status`, and "refused" where its scenario cannot be used."""
 
-FAILED: Final = frozenset({"step_limit", "solver_failed", "not_finite", "never_settled", "refused"})
+FAILED: Final = frozenset({"step_limit", "solver_failed", "not_finite", "never_settled", "refused", "not_resolved"})
 
 METHODS: Final = ("DOP853", "LSODA", "Radau", "BDF", "Gauss", "none")
 
