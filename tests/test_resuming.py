@@ -101,7 +101,7 @@ def test_any_segment_may_be_damaged(damage: Callable[[list[Path], int], None], t
 def regrouped(folder: Path, by: int) -> None:
     """Write the legs of a checkpoint anew, so many to a segment."""
     found = checkpoint.Checkpoint(folder, identity_in(folder), every=1e9)
-    legs = found.load()
+    legs = list(found.load())
     found.clear(keep_folder=True)
     for i, leg in enumerate(legs):
         found.keep(leg)
@@ -137,7 +137,7 @@ def test_what_does_not_follow_is_removed(tmp_path: Path) -> None:
     truncated(paths, 4)
     (folder / ".legs-000009.abcdefg1.npz").write_bytes(b"half")
     (folder / "legs-notes.txt").write_text("mine")
-    checkpoint.Checkpoint(folder, identity_in(folder)).load()
+    assert list(checkpoint.Checkpoint(folder, identity_in(folder)).load())
     assert [path.name for path in segments(folder)] == [path.name for path in paths[:4]]
     assert (folder / "legs-notes.txt").is_file()
     assert not list(folder.glob(".legs-*"))

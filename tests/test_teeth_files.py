@@ -6,14 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from plastica import errors, files, locks
 from plastica.doors import running, telling
 from plastica.equilibria import limits
-from plastica.motion import checkpoint, store
+from plastica.errors import ArgumentError
+from plastica.motion import checkpoint, retention, store
+from plastica.motion.history import History
 from plastica.study import run as runs
-from tests import test_bounds_of_files, test_refusals, test_resuming
+from tests import test_bounds_of_files, test_refusals, test_resuming, test_retention
 from tests.defects import Patch, replacing
 from tests.test_bounds_of_files import sound
 from tests.test_teeth import CAUGHT
@@ -39,6 +42,8 @@ CHECKS: dict[str, Check] = {
         test_bounds_of_files.many, whole, folder, patch
     ),
     "words never steer": lambda folder, _, whole: test_bounds_of_files.check_words(whole, folder),
+    "nothing of a long run's result changes": lambda _, patch, __: test_retention.check_nothing_changes(patch),
+    "memory does not grow with steps": lambda _, patch, __: test_retention.check_growth(patch),
     "values elsewhere": lambda folder, patch, whole: test_bounds_of_files.check_bomb(
         test_bounds_of_files.device, whole, folder, patch
     ),
@@ -113,6 +118,13 @@ def emptied(whole: Any) -> Any:
     return described
 
 
+def without_turns(whole: Any) -> Any:
+    """Only the times are looked at, as if the tip hung straight."""
+    return lambda history, times, model: whole(
+        History(history.t, np.zeros_like(history.y), history.first), times, model
+    )
+
+
 def nothing(_: Any) -> Any:
     """Left out."""
     return lambda *_, **__: None
@@ -138,6 +150,16 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("what is read stays", "written over", replacing(files, "refuse_overwriting", nothing)),
     ("what would unpack to more", "not looked at before", replacing(store, "_check_size", nothing)),
     ("words never steer", "as they are", replacing(errors, "_escaped", lambda _: lambda character: character)),
+    (
+        "nothing of a long run's result changes",
+        "quarter turns are let go",
+        replacing(retention, "needed_steps", without_turns),
+    ),
+    (
+        "memory does not grow with steps",
+        "all is kept",
+        replacing(retention.Retention, "whole", lambda _: property(lambda self: True)),
+    ),
     ("values elsewhere", "not looked at before", replacing(store, "_check_size", nothing)),
 ]
 
@@ -157,7 +179,7 @@ def test_catches(
     sound: Path,
 ) -> None:
     spoil(monkeypatch)
-    with pytest.raises((*CAUGHT, ZeroDivisionError)):
+    with pytest.raises((*CAUGHT, ZeroDivisionError, ArgumentError)):
         CHECKS[claim](tmp_path, monkeypatch, sound)
 
 

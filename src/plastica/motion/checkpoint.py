@@ -18,7 +18,7 @@ import math
 import re
 import time
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -37,6 +37,10 @@ NAME = "legs-{:06d}.npz"
 PATTERN = "legs-*.npz"
 OURS = re.compile(rf"legs-\d{{6,}}\.npz|\.legs-\d{{6,}}\.[a-z0-9_]{{8}}\.npz({re.escape(MARK)})?")
 """Segments, and what a killed process leaves of one that it was writing."""
+
+
+MOST_WAITING = 2**26
+"""Bytes of states that wait to be written at the most, however far apart segments shall be."""
 
 
 def fingerprint(problem: dict[str, Any], *arrays: np.ndarray) -> str:
@@ -74,22 +78,25 @@ class Checkpoint:
         self._next, self._seal = 0, identity
         self._written = time.monotonic()
 
-    def load(self) -> list[Leg]:
-        """Return the legs on disk up to the first segment that does not continue the one before it; remove the rest.
+    def load(self) -> Iterator[Leg]:
+        """Give the legs on disk up to the first segment that does not continue the one before it; remove the rest.
+
+        Yields
+        ------
+        Leg
+            One after another, so that no more of them than one segment need be in memory.
 
         Raises
         ------
         FileError
             Where the segments belong to another run.
         """
-        legs: list[Leg] = []
         self._next, self._seal = 0, self.identity
         while (path := self._path(self._next)).is_file() and (found := self._segment(path)) is not None:
-            more, self._seal = found
-            legs += more
+            legs, self._seal = found
             self._next += 1
+            yield from legs
         self._remove(kept=self._next)
-        return legs
 
     def clear(self, *, keep_folder: bool = False) -> None:
         """Remove the segments, and the folder if nothing else is in it."""
@@ -101,7 +108,8 @@ class Checkpoint:
     def keep(self, leg: Leg) -> None:
         """Take a finished leg, and write what waits if it is time."""
         self._waiting.append(leg)
-        if time.monotonic() - self._written >= self.every:
+        size = sum(each.history.y.nbytes for each in self._waiting)
+        if size > MOST_WAITING or time.monotonic() - self._written >= self.every:
             self.flush()
 
     def flush(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,7 +43,7 @@ class History:
     y : ndarray, shape (m, size)
         States at the nodes.
     first : ndarray of int, shape (steps + 1,)
-        Where each step's nodes begin, and m at the end.
+        Where each step's nodes begin, and m at the end. Of very long runs only some steps are kept: see `gaps`.
     """
 
     t: Array
@@ -90,6 +90,49 @@ class History:
             np.concatenate([*first, [size]]).astype(np.int64),
         )
 
+    def only(self, kept: NDArray[np.bool_]) -> History:
+        """Return some of the steps, at least one; between them the motion is then not known.
+
+        Parameters
+        ----------
+        kept : ndarray of bool, shape (steps,)
+            Which.
+        """
+        nodes = np.repeat(kept, np.diff(self.first))
+        first = np.concatenate([[0], np.cumsum(np.diff(self.first)[kept])]).astype(np.int64)
+        return History(self.t[nodes], self.y[nodes], first)
+
+    @cached_property
+    def gaps(self) -> tuple[Array, Array]:
+        """Begin and end of every stretch of time whose steps were not kept."""
+        ends, begins = self.t[self.first[1:-1] - 1], self.t[self.first[1:-1]]
+        apart = begins > ends
+        return ends[apart], begins[apart]
+
+    def snapped(self, times: ArrayLike) -> Array:
+        """Return times with those in a gap moved to the nearer end of it, for pictures."""
+        query = np.atleast_1d(np.asarray(times, dtype=float)).copy()
+        ends, begins = self.gaps
+        if ends.size:
+            gap = np.minimum(np.searchsorted(begins, query, side="left"), ends.size - 1)
+            inside = (query > ends[gap]) & (query < begins[gap])
+            nearer = np.where(query - ends[gap] <= begins[gap] - query, ends[gap], begins[gap])
+            query[inside] = nearer[inside]
+        return query
+
+    def _kept(self, query: Array) -> Array:
+        """Refuse times in a gap; what rounding has carried into one is carried back."""
+        near = self.snapped(query)
+        inside = np.abs(near - query) > 8.0 * np.spacing(np.abs(query))
+        if inside.any():
+            raise ArgumentError(
+                "must be times of the result, or next to them: of so long a run no others are kept",
+                where="t",
+                value=float(query[inside][0]),
+                next_step="Solve with more `times`, or without.",
+            )
+        return near
+
     def __call__(self, times: ArrayLike) -> Array:
         """Return the state at `times`.
 
@@ -105,7 +148,7 @@ class History:
         Raises
         ------
         ArgumentError
-            Where a time lies outside what was computed.
+            Where a time lies outside what was computed, or in a gap.
         """
         query = np.atleast_1d(np.asarray(times, dtype=float))
         if not np.all((query >= self.start) & (query <= self.end)):
@@ -116,6 +159,7 @@ class History:
             )
         if self.steps == 0:
             return np.repeat(self.y[:1], query.size, axis=0)
+        query = self._kept(query)
         step = np.searchsorted(self.t[self.first[1:] - 1], query, side="left")
         out = np.empty((query.size, self.y.shape[1]))
         degree = np.diff(self.first) - 1

@@ -72,6 +72,8 @@ class Leg:
         The solver's own words where it failed.
     rates, jacobians : int
         Evaluations spent.
+    taken : int or None
+        Steps taken where the history keeps only some of them.
     """
 
     history: History
@@ -81,6 +83,12 @@ class Leg:
     message: str
     rates: int
     jacobians: int
+    taken: int | None = None
+
+    @property
+    def steps(self) -> int:
+        """The number of steps taken."""
+        return self.history.steps if self.taken is None else self.taken
 
 
 def integrate(
@@ -154,9 +162,7 @@ def _solver(kern: Kernel, record: _Recorder, stretch: Stretch, options: Options)
 
     if options.method == "Gauss":
         watch, longest = kern.watch(options.atol), stretch.longest_step
-        return Gauss(
-            kern.rate, t, y, stretch.end, jac=jacobian, rtol=options.rtol, watch=watch, max_step=longest
-        )
+        return Gauss(kern.rate, t, y, stretch.end, jac=jacobian, rtol=options.rtol, watch=watch, max_step=longest)
     common: dict[str, Any] = {"rtol": options.rtol, "atol": options.atol, "max_step": stretch.longest_step}
     if options.method == "DOP853":
         return DOP853(kern.rate, t, y, stretch.end, **common)
@@ -224,9 +230,7 @@ class _Recorder:
         return np.asarray(powers @ np.stack([dense.yh for dense in denses]).transpose(0, 2, 1))
 
 
-def _leg(
-    kern: Kernel, record: _Recorder, stretch: Stretch, options: Options, allowed: int, stop: Stop | None
-) -> Leg:
+def _leg(kern: Kernel, record: _Recorder, stretch: Stretch, options: Options, allowed: int, stop: Stop | None) -> Leg:
     moving = record.moving
     ending: Ending = "full"
     message = ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -57,8 +57,8 @@ class Keeping:
         with held(self.lock or self.folder):
             yield
 
-    def open(self, problem: Problem, plan: Plan) -> tuple[Checkpoint, list[Leg]]:
-        """Return the checkpoint of a problem, and the legs in it that are to be taken as done.
+    def open(self, problem: Problem, plan: Plan) -> tuple[Checkpoint, Iterable[Leg]]:
+        """Return the checkpoint of a problem, and the legs in it that are to be taken as done, one after another.
 
         Raises
         ------
@@ -75,7 +75,7 @@ class Keeping:
         if self.resume:
             return checkpoint, checkpoint.load()
         checkpoint.clear(keep_folder=True)
-        return checkpoint, []
+        return checkpoint, ()
 
     def fresh(self) -> None:
         """Make the folder, and unless a run is taken up remove what former runs on other nodes left in it."""

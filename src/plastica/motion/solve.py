@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 from os import PathLike
 from typing import NamedTuple
 
@@ -20,6 +21,7 @@ from plastica.motion.keeping import Keeping, keeping_in
 from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, rest
 from plastica.motion.record import Counts
 from plastica.motion.resolution import coarse, on_given_nodes
+from plastica.motion.retention import Retention
 from plastica.motion.solution import Solution
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
 from plastica.physics.initial import Curvature, NaturalCurvature
@@ -45,6 +47,9 @@ SMALLEST_RTOL = 100.0 * float(np.finfo(float).eps)
 
 LEG_STEPS = 2000
 """Steps after which a leg ends in any case, so that a long run has places to be taken up again."""
+
+
+THINNED = "of so long a run only the states at and next to its times are kept; pictures show the nearest ones"
 
 
 @dataclass(frozen=True)
@@ -190,12 +195,16 @@ def _rests_stably(solution: Solution) -> bool:
 class _Ran:
     """Legs of a run, and the wall seconds that those computed now have taken."""
 
-    legs: list[Leg]
+    kept: Retention
     wall: float
 
     @property
+    def legs(self) -> list[Leg]:
+        return self.kept.legs
+
+    @cached_property
     def history(self) -> History:
-        return History.join([leg.history for leg in self.legs])
+        return self.kept.history()
 
     @property
     def too_coarse(self) -> bool:
@@ -211,12 +220,15 @@ def _run(
     watch_nodes: bool = False,
 ) -> _Ran:
     began = clock.perf_counter()
-    checkpoint, legs = (None, []) if keeping is None else keeping.open(problem, plan)
-    steps, said = sum(leg.history.steps for leg in legs), began
+    checkpoint, former = (None, ()) if keeping is None else keeping.open(problem, plan)
+    kept = Retention(problem.strut, None if plan.times is None else plan.times / problem.strut.scales.time)
+    for leg in former:
+        kept.add(leg)
+    steps, said = sum(leg.steps for leg in kept.legs), began
     try:
-        for leg in _fresh(problem, plan, legs, watch_nodes=watch_nodes):
-            legs.append(leg)
-            steps += leg.history.steps
+        for leg in _fresh(problem, plan, kept.legs, watch_nodes=watch_nodes):
+            kept.add(leg)
+            steps += leg.steps
             # What gave up for want of nodes is not part of the motion, and must not be taken up as such.
             if checkpoint is not None and leg.ending != "too_coarse":
                 checkpoint.keep(leg)
@@ -230,7 +242,7 @@ def _run(
         # An interrupt, too, leaves every finished leg to be taken up.
         if checkpoint is not None:
             checkpoint.flush()
-    return _Ran(legs, clock.perf_counter() - began)
+    return _Ran(kept, clock.perf_counter() - began)
 
 
 def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Iterator[Leg]:
@@ -238,7 +250,7 @@ def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bo
     t, y, moving = plan.t0, problem.y0, None
     if legs:
         t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
-    taken = sum(leg.history.steps for leg in legs)
+    taken = sum(leg.steps for leg in legs)
     unfinished = not legs or legs[-1].ending in ("landed", "switched", "full")
     if not (unfinished and t < plan.end and taken < plan.max_steps):
         return iter(())
@@ -289,7 +301,7 @@ def _code(plan: Plan, last: Leg) -> str:
 def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
     legs, history = ran.legs, ran.history
     counts = Counts(
-        history.steps,
+        sum(leg.steps for leg in legs),
         sum(leg.rates for leg in legs),
         sum(leg.jacobians for leg in legs),
         max(len(legs) - 1, 0),
@@ -300,14 +312,14 @@ def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
         model=problem.strut,
         history=history,
         legs=(starts, moving[:, 0] if problem.strut.segments == 1 else moving),
-        status=_status(plan, legs, history.steps, problem.strut),
+        status=_status(plan, legs, counts.steps, problem.strut),
         counts=counts,
         method=plan.method,
         rtol=plan.rtol,
         atol=float(problem.atol[0]),
         times=_reached(plan.times, history, problem.strut.scales.time),
         initial=problem.words,
-        notes=problem.notes,
+        notes=problem.notes if ran.kept.whole else (*problem.notes, THINNED),
         wall=ran.wall,
         first_natural=problem.first_natural,
     )

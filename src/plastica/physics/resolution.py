@@ -9,7 +9,7 @@ from plastica.numerics.grid import Grid
 from plastica.physics.model import Model
 from plastica.physics.status import LOST
 
-__all__ = ["end_errors", "largest_end_error", "tails", "too_coarse", "turns_unseen"]
+__all__ = ["coarsest", "end_errors", "largest_end_error", "tails", "too_coarse", "turns_unseen"]
 
 Array = NDArray[np.float64]
 
@@ -138,6 +138,13 @@ def largest_end_error(model: Model, t: Array, mu: Array) -> float:
             break
         worst = max(worst, float(place[i] + finer.weighed(t[i : i + 1], mu[i], moment[i], None)))
     return worst
+
+
+def coarsest(model: Model, t: Array, mu: Array) -> int:
+    """Return which of some states the grid resolves least, by an estimate that holds no loads against the errors."""
+    finer, parts = _Finer(model), range(0, t.size, STATES_AT_ONCE)
+    found = [finer.errors(t[i : i + STATES_AT_ONCE], mu[i : i + STATES_AT_ONCE], None)[0] for i in parts]
+    return int(np.argmax(np.concatenate(found)))
 
 
 class _Finer:

@@ -139,9 +139,13 @@ def _force(x: float, y: float, force: tuple[float, float], length: float) -> Arr
     """A push ends at the free end, a pull begins there: either way the arrow lies beyond the rod."""
     along, across = (ARROW * length * each for each in force)
     pushes = force[0] < 0.0
-    xs, ys = (np.array([x - along, x]), np.array([y - across, y])) if pushes else (
-        np.array([x, x + along]),
-        np.array([y, y + across]),
+    xs, ys = (
+        (np.array([x - along, x]), np.array([y - across, y]))
+        if pushes
+        else (
+            np.array([x, x + along]),
+            np.array([y, y + across]),
+        )
     )
     return Arrow(xs, ys, xs[-1:], ys[-1:], _degrees(*force))
 

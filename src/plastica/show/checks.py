@@ -52,9 +52,7 @@ def _judgement(subject: Subject, left: float, bar: float) -> str:
     write = subject.write
     if bar == 0.0:
         return "Nothing was put in, stored or lost, so there is nothing to balance."
-    limit = (
-        f"{write(bar, 'energy')}, which is 100 times the tolerance of the computation times the largest energy met"
-    )
+    limit = f"{write(bar, 'energy')}, which is 100 times the tolerance of the computation times the largest energy met"
     if left > bar:
         return (
             f"The books do not balance: {write(left, 'energy')} are left over, more than {limit}. "

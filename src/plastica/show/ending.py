@@ -139,7 +139,7 @@ def _interior_tail(seen: View, limit: Limit, t: Array, kept: NDArray[np.bool_]) 
     if end is None or limit.rate is None or limit.rate <= 0.0:
         return None
     grid, layout = solution.model.grid, solution.model.layout
-    states = np.asarray(solution.history(np.asarray(seen.sampled.t)))[kept]
+    states = np.asarray(solution.history(solution.history.snapped(seen.sampled.t)))[kept]
     mu = layout.mu(states)
     off = (mu - np.asarray(end.curvature(grid.s))) ** 2 @ grid.w
     distance = np.sqrt(off + (layout.natural(states) - end.mu_nat) ** 2)

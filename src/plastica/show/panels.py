@@ -186,7 +186,7 @@ def curvature_panel(figure: Figure, ax: Axes, seen: View) -> None:
     rows, columns = MAP_SIZE
     edges = seen.time.times(np.linspace(0.0, 1.0, columns + 1))
     middle = seen.time.times((np.arange(columns) + 0.5) / columns)
-    middle = np.clip(middle, seen.t[0], seen.t[-1])
+    middle = seen.near(np.clip(middle, seen.t[0], seen.t[-1]))
     length = seen.solution.model.scales.length
     s_edges = np.linspace(0.0, length, rows + 1)
     values = np.asarray(seen.solution.at(0.5 * (s_edges[:-1] + s_edges[1:])[:, None], middle[None, :]))

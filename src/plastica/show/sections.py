@@ -147,8 +147,7 @@ def pictures(subject: Subject) -> Section:
     """The pictures with their captions, the film first."""
     words = captions(subject.seen)
     drawn = [
-        {"key": name, "src": svg_uri(name, subject.solution), "caption": words[name]}
-        for name in shown(subject.seen)
+        {"key": name, "src": svg_uri(name, subject.solution), "caption": words[name]} for name in shown(subject.seen)
     ]
     moving = None
     if subject.film is not None:

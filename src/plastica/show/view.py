@@ -93,9 +93,15 @@ class View:
         return self.kind("length", "m", words, self.solution.model.scales.length)
 
     def states(self, t: Array) -> Array:
-        """Return the dimensionless states at times t (user's units); shape (times, size of a state)."""
+        """Return the dimensionless states at times t (user's units), or the nearest ones kept; shape (times, size)."""
         history = self.solution.history
-        return history(np.clip(np.asarray(t) / self.solution.model.scales.time, history.start, history.end))
+        times = np.clip(np.asarray(t) / self.solution.model.scales.time, history.start, history.end)
+        return history(history.snapped(times))
+
+    def near(self, t: Array) -> Array:
+        """Return times (user's units), those whose states are not kept moved to the nearest that are."""
+        scale = self.solution.model.scales.time
+        return self.solution.history.snapped(np.asarray(t) / scale) * scale
 
     def velocities(self, t: Array, s: Array) -> tuple[Array, Array]:
         """Return the velocity r_t = int theta_t b along and across (design note 1.2) at times t and fractions s.
@@ -186,7 +192,8 @@ def _display_times(solution: Solution) -> Array:
     if steps.size > MOST_POINTS:
         place = np.linspace(0, steps.size - 1, MOST_POINTS).round().astype(int)
         told = np.array([event.t / scale for event in solution.events[:MOST_POINTS]])
-        return np.unique(np.concatenate([steps[place], np.clip(told, history.start, history.end)]))
+        chosen = np.concatenate([steps[place], np.clip(told, history.start, history.end)])
+        return np.unique(history.snapped(chosen))
     fewest = SWINGING_POINTS if solution.model.has_inertia else FEWEST_POINTS
     between = -(-fewest // (steps.size - 1))
     if between <= 1:
@@ -195,13 +202,13 @@ def _display_times(solution: Solution) -> Array:
     fine = np.interp(index, np.arange(steps.size), steps)
     # The steps themselves must come out bitwise.
     fine[::between] = steps
-    return np.unique(fine)
+    return np.unique(history.snapped(fine))
 
 
 def _path(solution: Solution, t: Array) -> Array:
     """Length of the way of the state (curvature and natural curvature in L2), as a share of the whole."""
     model = solution.model
-    change = np.diff(solution.history(t), axis=0)
+    change = np.diff(solution.history(solution.history.snapped(t)), axis=0)
     squares = model.layout.mu(change) ** 2 @ model.grid.w + model.division.total(model.layout.natural(change) ** 2)
     along = np.concatenate([[0.0], np.cumsum(np.sqrt(squares))])
     return along / along[-1] if along[-1] > 0.0 else along
