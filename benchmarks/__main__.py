@@ -5,7 +5,10 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-NAMES = ("one_solve", "methods", "start_up", "closed_forms", "phase", "branch", "many", "sweep", "beam", "pyelastica")
+NAMES = (
+    *("one_solve", "methods", "start_up", "closed_forms", "phase", "branch", "many", "sweep", "beam", "pyelastica"),
+    "completeness",
+)
 
 if __name__ == "__main__":
     chosen = sys.argv[1:] or NAMES

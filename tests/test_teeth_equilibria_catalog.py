@@ -11,11 +11,12 @@ import pytest
 
 import plastica as pl
 from plastica.equilibria import branches as branching
-from plastica.equilibria import catalog, frozen, level_curves
+from plastica.equilibria import catalog, frozen, level_curves, reach
 from plastica.errors import ArgumentError
+from plastica.material import discs
 from plastica.numerics import chebyshev
 from plastica.numerics import roots as rooting
-from tests import test_branches, test_catalog, test_roots
+from tests import test_branches, test_catalog, test_narrow_laws, test_roots
 from tests.defects import replacing
 from tests.support import pair
 
@@ -40,6 +41,16 @@ def unflipped(sound: Any) -> Any:
         return found[:2] + [side._replace(side=-side.side) for side in found[2:]]
 
     return wrong
+
+
+def widest(known: Any) -> Any:
+    """The laws allow everything."""
+    return replace(known, longest=np.full(known.longest.size, np.inf), unknown=np.zeros(known.unknown.size, bool))
+
+
+def unguarded(laws: Any, m: np.ndarray) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return np.asarray(np.abs(laws.preference.slope(m)) - laws.threshold.value(m))
 
 
 def crosswise(sound: Any) -> Any:
@@ -76,6 +87,18 @@ DEFECTS: dict[str, Defect] = {
     ),
     "folds on one side": replacing(
         catalog, "_folds", lambda sound: lambda *given: [fold for fold in sound(*given) if fold.alpha > 0.0]
+    ),
+    "first pieces that no law shortens": replacing(
+        catalog, "grain", lambda sound: lambda *given: widest(sound(*given))
+    ),
+    "a reach that is only sampled": replacing(reach, "_not_free", lambda _: lambda *given: 0.0),
+    "an overflow taken for a value": replacing(reach, "_gap", lambda _: unguarded),
+    "laws taken to be even": replacing(catalog, "is_even", lambda _: lambda law: True),
+    "discs too small": replacing(
+        discs, "_made", lambda sound: lambda low, high, centre, radius: sound(low, high, centre, 0.3 * radius)
+    ),
+    "ranges of sin without their tops": replacing(
+        discs, "_wave", lambda sound: lambda u, phase: replace(w := sound(u, phase), high=0.9 * w.high)
     ),
     "roots joined crosswise": replacing(level_curves, "_joined", crosswise),
     "the last fold forgotten": replacing(
@@ -127,6 +150,13 @@ CHECKS: dict[str, Callable[[], None]] = {
     "scan with kinks": kinked,
     "tangency": lambda: test_catalog.check_tangency(0.0, 4, 2, 1),
     "five shapes": lambda: test_branches.check_counts(40.0, 0.1, 5),
+    "a narrow well": test_narrow_laws.check_narrower_well,
+    "an overflow far out": test_narrow_laws.check_overflow,
+    "a well on one side": test_narrow_laws.check_one_side,
+    "a well far out": test_narrow_laws.check_reach,
+    "enclosures": lambda: test_narrow_laws.check_enclosure(
+        test_narrow_laws.law_of("2+cos(3*m)*sin(m)"), 0, np.linspace(-4.0, 4.0, 21)
+    ),
     "branches": lambda: test_branches.check_branches(8.0, 0.0, 40.0, 107),
     "fold curve": test_branches.check_fold_curve,
 }
@@ -150,6 +180,12 @@ TEETH = [
     ("scan with kinks", "half the range"),
     ("tangency", "double roots not looked for"),
     ("five shapes", "half the range of shapes"),
+    ("a narrow well", "first pieces that no law shortens"),
+    ("an overflow far out", "an overflow taken for a value"),
+    ("a well on one side", "laws taken to be even"),
+    ("a well far out", "a reach that is only sampled"),
+    ("enclosures", "discs too small"),
+    ("enclosures", "ranges of sin without their tops"),
     ("branches", "roots joined crosswise"),
     ("branches", "stability of the straight rod"),
     ("branches", "folds at a column"),

@@ -1,14 +1,15 @@
 """All equilibria: the admissible set with its ends and folds, and all shapes at one frozen natural curvature.
 
 Why nothing is missing. phi_alpha(1) and phi_alpha'(1) are analytic in alpha, and so is D -+ Theta but where a law has a
-kink at the natural curvature phi_alpha'(1); these alpha are found first. Piecewise Chebyshev interpolants, verified
-between their nodes and down to rounding, are examined for all their roots (`plastica.numerics.roots`), with a cut at
-the separatrix 4 gamma = alpha^2, next to which everything varies within exp(-gamma^(1/2)); and the a-priori bounds of
-`plastica.equilibria.reach` show that there is nothing beyond the range.
+kink at the natural curvature phi_alpha'(1); these alpha are found first. The scales on which the laws vary are read off
+their formulas (`plastica.equilibria.grain`), so that the first pieces are short where a law has a narrow well.
+Piecewise Chebyshev interpolants, verified between their nodes and down to rounding, are examined for all their roots
+(`plastica.numerics.roots`), with a cut at the separatrix 4 gamma = alpha^2, next to which everything varies within
+exp(-gamma^(1/2)); and the a-priori bounds of `plastica.equilibria.reach` show that there is nothing beyond the range.
 
 What could be missed: two limiting equilibria that are nearer to one another than `Limiting.error` are one tangency;
-above gamma = 700 the layer at the separatrix is narrower than doubles can tell apart, and the result says that
-it is not complete; and the bound on the range rests on the laws at 200 points a decade.
+above gamma = 700 the layer at the separatrix is narrower than doubles can tell apart, and where a formula overflows or
+cannot be bounded, something may hide: then the result says that it is not complete.
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ from plastica.equilibria.elastica import LARGEST_ALPHA, Ends, drive, ends
 from plastica.equilibria.equilibrium import Equilibrium, frozen_equilibrium
 from plastica.equilibria.equilibrium_set import EquilibriumSet, Fold, Limiting, interval_words
 from plastica.equilibria.frozen import LAYER, LONGEST, frozen_alphas, number, pieces_for
+from plastica.equilibria.grain import Grain, first_cuts, grain
 from plastica.equilibria.oscillation import unstable_count
 from plastica.equilibria.reach import FALLBACK, Reach, fold_reach, reach
 from plastica.errors import ArgumentError
+from plastica.material.discs import is_even
 from plastica.material.material import Laws, Material
 from plastica.material.rough import rough_places
 from plastica.numerics.roots import Roots, roots_of_rows
@@ -96,17 +99,21 @@ def equilibria(
     low, high = _range(alpha, known, thrust)
     farthest = max(abs(low), abs(high))
     searched = min(farthest, known.alpha, LONGEST)
-    folds, rough = _smooth_part(thrust, laws, farthest, searched)
-    sides = _limiting_roots(thrust, laws, searched, rough)
+    levels = _rough_levels(laws, searched)
+    folds, rough = _smooth_part(thrust, levels, farthest, searched)
+    fineness = grain(thrust, laws, searched, levels)
+    sides = _limiting_roots(thrust, laws, searched, rough, fineness)
     limiting = _sorted([p for p in _limiting(thrust, laws, sides) if low <= p.alpha <= high])
     intervals, isolated = _intervals(thrust, laws, low, high, limiting, sides)
-    complete = all(found.complete for found, *_ in sides) and folds.complete
+    complete = all(found.complete for found, *_ in sides) and folds.complete and fineness.complete
     complete &= searched >= min(farthest, known.alpha) and (alpha is not None or known.outside != "unknown")
     bounded = {"inadmissible": True, "admissible": False, "unknown": None}[known.outside]
     if alpha is None and bounded is False:
         intervals = tuple((-math.inf if a == low else a, math.inf if b == high else b) for a, b in intervals)
     complete &= thrust <= LAYER or searched < 2.0 * math.sqrt(thrust)
     troubles = [found.sentence for found in (folds, *(side[0] for side in sides)) if not found.complete]
+    if not fineness.complete:
+        troubles.append(fineness.sentence)
     if thrust > LAYER:
         troubles.append("Next to the separatrix the curve of equilibria varies faster than doubles can follow.")
     sentence = _sentence(thrust, intervals, limiting, (low, high), known, alpha is None, complete, troubles)
@@ -165,12 +172,16 @@ def _range(alpha: Any, known: Reach, gamma: float) -> tuple[float, float]:
     return low, high
 
 
-def _smooth_part(gamma: float, laws: Laws, farthest: float, searched: float) -> tuple[Roots, tuple[float, ...]]:
-    """Find the folds at alpha >= 0, and the alpha >= 0 at which a law is met where it is rough."""
+def _rough_levels(laws: Laws, searched: float) -> Array:
+    """Find the natural curvatures of either sign at which a law may not be analytic."""
     rough: set[float] = set()
     for law in (laws.preference, laws.threshold):
         rough |= {abs(z) for z in rough_places(law, searched) if abs(z) <= searched}
-    levels = np.array(sorted(rough | {-z for z in rough}))
+    return np.array(sorted(rough | {-z for z in rough}), dtype=float)
+
+
+def _smooth_part(gamma: float, levels: Array, farthest: float, searched: float) -> tuple[Roots, tuple[float, ...]]:
+    """Find the folds at alpha >= 0, and the alpha >= 0 at which a law is met where it is rough."""
     ends_of_folds = max(min(farthest, fold_reach(gamma), LONGEST), 1e-3)
     high = np.concatenate([[ends_of_folds], np.full(levels.size, searched)])
 
@@ -197,9 +208,11 @@ class _Side(NamedTuple):
     side: int
 
 
-def _limiting_roots(gamma: float, laws: Laws, searched: float, rough: tuple[float, ...]) -> list[_Side]:
+def _limiting_roots(
+    gamma: float, laws: Laws, searched: float, rough: tuple[float, ...], fineness: Grain
+) -> list[_Side]:
     """Find the roots of D = Theta and D = -Theta at alpha >= 0, and at alpha < 0 too where the laws are not even."""
-    even = _even(laws, searched)
+    even = is_even(laws.preference) and is_even(laws.threshold)
     cases = [(1.0, 1), (1.0, -1)] + ([] if even else [(-1.0, 1), (-1.0, -1)])
     orientation, side = np.array([c[0] for c in cases]), np.array([float(c[1]) for c in cases])
 
@@ -217,23 +230,11 @@ def _limiting_roots(gamma: float, laws: Laws, searched: float, rough: tuple[floa
         tilt = 0.5 * gamma * np.abs(np.sin(end.phi)) + x * np.abs(end.theta0_slope)
         return np.asarray(np.abs(end.phi) + x * np.abs(end.theta0) + (np.abs(m) + tilt) * (1.0 + steep) + whole)
 
-    cuts = [(2.0 * math.sqrt(gamma), *rough)] * len(cases)
+    cuts = first_cuts(gamma, searched, (2.0 * math.sqrt(gamma), *rough), pieces_for(searched), fineness)
     high = np.full(len(cases), searched)
-    found = roots_of_rows(f, np.zeros(len(cases)), high, breaks=cuts, size=size, pieces=pieces_for(searched))
+    found = roots_of_rows(f, np.zeros(len(cases)), high, breaks=[cuts.tolist()] * len(cases), size=size, pieces=1)
     out = [_Side(each, sign, s) for each, (sign, s) in zip(found, cases, strict=True)]
     return out + ([_Side(each.roots, -1.0, -each.side) for each in out] if even else [])
-
-
-def _even(laws: Laws, farthest: float) -> bool:
-    """Tell whether both laws are even, at 257 points, up to rounding."""
-    m = farthest * np.linspace(0.0, 1.0, 257) ** 2
-    eps = 64.0 * float(np.finfo(float).eps)
-    with np.errstate(invalid="ignore"):
-        slope, mirrored = laws.preference.slope(m), -laws.preference.slope(-m)
-        threshold, other = laws.threshold.value(m), laws.threshold.value(-m)
-        odd = (slope == mirrored) | (np.abs(slope - mirrored) <= eps * np.abs(slope))
-        even = (threshold == other) | (np.abs(threshold - other) <= eps * np.abs(threshold))
-    return bool(odd.all() and even.all())
 
 
 def _limiting(gamma: float, laws: Laws, sides: list[_Side]) -> list[Limiting]:

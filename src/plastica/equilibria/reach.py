@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from plastica.material.discs import Disc, enclosed
 from plastica.material.material import Laws
 
-__all__ = ["Reach", "fold_reach", "reach"]
+__all__ = ["Reach", "fold_reach", "free", "reach"]
 
 Array = NDArray[np.float64]
 
@@ -18,6 +19,12 @@ SMALLEST, FARTHEST = 1e-8, 1e8
 """Natural curvatures (1/L) between which the laws are compared."""
 
 PER_DECADE = 200
+
+FINEST = 1e-4
+"""Relative width of the intervals in which the range is shown to be one: an interval so narrow is searched instead."""
+
+MOST = 20_000
+"""Intervals looked at for that."""
 
 FALLBACK = 20.0
 """Clamp curvature looked at where the laws do not tell how far to look, beside 4 gamma^(1/2)."""
@@ -60,25 +67,85 @@ def reach(gamma: float, laws: Laws) -> Reach:
     Returns
     -------
     Reach
-        The laws are compared at 200 points a decade between 1e-8 and 1e8, at both signs.
+        The laws are compared at 200 points a decade between 1e-8 and 1e8, at both signs, up to where a formula
+        overflows; that nothing is limiting beyond the last of them is then shown from the formulas, by interval
+        arithmetic, or the range is lengthened to where it can be.
     """
     m = np.logspace(math.log10(SMALLEST), math.log10(FARTHEST), PER_DECADE * 16 + 1)
-    wide = m >= 2.0 * math.sqrt(gamma)
-    lever = np.where(wide, 4.0 * gamma / (m + np.sqrt(np.where(wide, m * m - 4.0 * gamma, 0.0))), math.inf)
-    lever = np.minimum(lever, 0.5 * gamma) * (1.0 + 1e-12)
-    last, outside = 0, set()
+    arm = lever(gamma, m)
+    last, outside, shown = 0, set(), 0.0
     for side in (1.0, -1.0):
-        with np.errstate(invalid="ignore"):
-            gap = np.abs(laws.preference.slope(side * m)) - laws.threshold.value(side * m)
-        near = _near(gap, lever)
+        gap = _gap(laws, side * m)
+        near = _near(gap, arm)
         known = np.flatnonzero(~np.isnan(gap))
         last = max(last, int(near[-1]) + 1 if near.size else 0)
         told = known.size and not (near.size and near[-1] >= known[-1])
         outside.add("unknown" if not told else "inadmissible" if gap[known[-1]] > 0.0 else "admissible")
-    if len(outside) > 1 or "unknown" in outside:
+        shown = max(shown, _not_free(gamma, laws, side, float(m[last]), float(m[known[-1]])) if told else math.inf)
+    if len(outside) > 1 or "unknown" in outside or math.isinf(shown):
         return Reach(math.inf, math.inf, "unknown")
-    farthest = float(m[last])
+    farthest = max(float(m[last]), shown)
     return Reach(farthest, math.sqrt(farthest**2 + 4.0 * gamma), outside.pop())
+
+
+def lever(gamma: float, m: Array) -> Array:
+    """Bound |phi(1) - phi'(1)| where |mu_nat| = m: see `reach`."""
+    root = np.sqrt(np.maximum(m * m - 4.0 * gamma, 0.0))
+    wide = (m >= 2.0 * math.sqrt(gamma)) & (m > 0.0)
+    long = np.where(wide, 4.0 * gamma / np.where(wide, m + root, 1.0), math.inf)
+    return np.asarray(np.minimum(long, 0.5 * gamma) * (1.0 + 1e-12))
+
+
+def _gap(laws: Laws, m: Array) -> Array:
+    """Return |kappa'| - Theta; nan where a law overflows, since its formula may do so where its value does not."""
+    slope, threshold = laws.preference.slope(m), laws.threshold.value(m)
+    finite = np.isfinite(slope) & np.isfinite(threshold)
+    return np.where(finite, np.abs(np.where(finite, slope, 0.0)) - np.where(finite, threshold, 0.0), math.nan)
+
+
+def _not_free(gamma: float, laws: Laws, side: float, low: float, high: float) -> float:
+    """Return the largest |mu_nat| in a range that is not shown to be free of limiting equilibria; infinite if many."""
+    if not low < high:
+        return 0.0
+    ends = np.geomspace(low, high, math.ceil(8.0 * math.log(high / low)) + 2)
+    a, b = ends[:-1], ends[1:]
+    farthest, looked = 0.0, 0
+    while a.size:
+        looked += a.size
+        left, right = (a, b) if side > 0.0 else (-b, -a)
+        whole = (enclosed(laws.preference, 1, left, right, 1.0), enclosed(laws.threshold, 0, left, right, 1.0))
+        open_ = ~free(gamma, *whole, left, right)
+        narrow = open_ & (b - a <= FINEST * b)
+        farthest = max(farthest, float(b[narrow].max(initial=0.0)))
+        again = open_ & ~narrow & (b > farthest)
+        if looked > MOST and again.any():
+            return math.inf
+        middle = np.sqrt(a[again] * b[again])
+        a, b = np.concatenate([a[again], middle]), np.concatenate([middle, b[again]])
+    return farthest
+
+
+def free(gamma: float, slope: Disc, threshold: Disc, a: Array, b: Array) -> NDArray[np.bool_]:
+    """Tell in which intervals of the natural curvature ||kappa'| - Theta| is beyond the lever: nothing is limiting.
+
+    Parameters
+    ----------
+    gamma : float
+        Thrust.
+    slope, threshold : Disc
+        kappa' and Theta over the intervals.
+    a, b : ndarray
+        The intervals.
+
+    Returns
+    -------
+    ndarray of bool
+    """
+    nearest = np.where((a < 0.0) & (b > 0.0), 0.0, np.minimum(np.abs(a), np.abs(b)))
+    arm = lever(gamma, nearest) * (1.0 + 1e-9) + 1e-300
+    with np.errstate(invalid="ignore"):
+        outside, inside = slope.least - threshold.high > arm, threshold.low - slope.most > arm
+    return np.asarray(outside | inside)
 
 
 def _near(gap: Array, lever: Array) -> NDArray[np.int64]:

@@ -118,6 +118,8 @@ def derive(tree: Any, variable: Any) -> Any:
     if tree.is_Pow:
         return _derive_power(tree, variable)
     inner = tree.args[0]
+    if tree.func is sp.log and inner.func is sp.cosh:
+        return sp.tanh(inner.args[0]) * derive(inner.args[0], variable)
     return _OUTER.get(tree.func, _of_step)(inner) * derive(inner, variable)
 
 
@@ -135,6 +137,9 @@ def _derive_product(tree: Any, variable: Any) -> Any:
 
 def _derive_power(tree: Any, variable: Any) -> Any:
     base, exponent = tree.args
+    if base.func is sp.cosh and exponent.is_negative:
+        # sinh/cosh is inf/inf far out, where the power itself has long vanished
+        return exponent * tree * sp.tanh(base.args[0]) * derive(base.args[0], variable)
     if not depends(exponent, variable):
         return exponent * sp.Pow(base, exponent - 1) * derive(base, variable)
     rate = derive(exponent, variable) * sp.log(base) + exponent * derive(base, variable) / base

@@ -182,6 +182,9 @@ def _interpolate(f: RowFunction, size: RowFunction | None, row: Rows, a: Array, 
     known = floor + np.abs(sampled).max(axis=1) + np.maximum(np.abs(a), np.abs(b)) * slope
     if size is not None:
         known = known + at(size, _NODES[:: _N // 4], every).max(axis=1)
+    # a size that overflows says nothing of the rounding, and would make anything pass
+    finite &= np.isfinite(known)
+    known = np.where(finite, known, 0.0)
     tail = np.abs(c[:, -_TAIL:]).max(axis=1)
     good = np.asarray(finite & (tail <= _ROUNDING * known), dtype=bool)
     off = np.zeros(row.size)

@@ -189,6 +189,8 @@ def roots_of_rows(
 
 def _cuts(lo: float, hi: float, breaks: Sequence[float], pieces: int) -> Array:
     ends = np.unique([lo, *(float(x) for x in breaks if lo < x < hi), hi])
+    if pieces == 1:
+        return np.asarray(ends, dtype=float)
     parts = []
     for a, b in pairwise(ends):
         cut = np.linspace(a, b, max(int(np.ceil(pieces * (b - a) / (hi - lo))), 1) + 1)
