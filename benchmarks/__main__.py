@@ -8,6 +8,8 @@ from importlib import import_module
 NAMES = (
     *("one_solve", "methods", "start_up", "closed_forms", "phase", "branch", "many", "sweep", "beam", "pyelastica"),
     "completeness",
+    "kills",
+    "memory",
 )
 
 if __name__ == "__main__":

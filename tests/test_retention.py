@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import plastica as pl
-from plastica.errors import ArgumentError
+from plastica.errors import ArgumentError, StorageError
 from plastica.motion import checkpoint, retention
 from tests.support import pair
 
@@ -115,6 +116,38 @@ def test_without_times_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     sol = pl.solve(swinging(3), 0.3, until=6.0, rtol=1e-6)
     assert sol.history.steps == sol.counts.steps
     assert sol.history.gaps[0].size == 0
+
+
+def check_on_disk(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Without times the states of a large run go into a file, and all is the same; also where it is taken up."""
+    options = {"until": 12.0, "rtol": 1e-6, "checkpoint": folder, "checkpoint_every": 0.0}
+    whole = pl.solve(swinging(6), 0.3, **options)  # type: ignore[arg-type]
+    patch.setattr(retention, "WHOLE", 20_000)
+    for gone in (0, 5, None):
+        for path in sorted(folder.glob(checkpoint.PATTERN))[gone:]:
+            path.unlink()
+        spilled = pl.solve(swinging(6), 0.3, **options, resume=gone != 0)  # type: ignore[arg-type]
+        assert isinstance(spilled.history.y, np.memmap)
+        assert spilled == whole
+        assert spilled.dataset.identical(whole.dataset)
+        assert spilled.events == whole.events
+        assert spilled.outcome == whole.outcome
+        assert all(path.name.startswith("legs-") for path in folder.iterdir())
+    assert pl.read(spilled.save(folder / "run.nc")) == whole
+
+
+def test_without_times_large_states_go_to_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_on_disk(tmp_path / "c", monkeypatch)
+    checkpoint.Checkpoint(tmp_path / "c", "").clear(keep_folder=True)
+    assert [path.name for path in (tmp_path / "c").iterdir()] == ["run.nc"]
+
+
+def test_a_full_disk_is_told_when_states_go_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(retention, "WHOLE", 20_000)
+    monkeypatch.setattr("tempfile.TemporaryFile", lambda **_: io.FileIO("/dev/full", "w"))
+    with pytest.raises(StorageError, match="No space left"):
+        pl.solve(swinging(6), 0.3, until=12.0, rtol=1e-6, checkpoint=tmp_path / "c")
+    assert list((tmp_path / "c").glob(checkpoint.PATTERN))
 
 
 def test_what_waits_for_the_checkpoint_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

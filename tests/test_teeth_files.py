@@ -43,6 +43,7 @@ CHECKS: dict[str, Check] = {
     ),
     "words never steer": lambda folder, _, whole: test_bounds_of_files.check_words(whole, folder),
     "nothing of a long run's result changes": lambda _, patch, __: test_retention.check_nothing_changes(patch),
+    "large states on the disk": lambda folder, patch, _: test_retention.check_on_disk(folder / "c", patch),
     "memory does not grow with steps": lambda _, patch, __: test_retention.check_growth(patch),
     "values elsewhere": lambda folder, patch, whole: test_bounds_of_files.check_bomb(
         test_bounds_of_files.device, whole, folder, patch
@@ -125,6 +126,11 @@ def without_turns(whole: Any) -> Any:
     )
 
 
+def twice(whole: Any) -> Any:
+    """The states of each leg are written twice."""
+    return lambda self, leg: (whole(self, leg), whole(self, leg))[1]
+
+
 def nothing(_: Any) -> Any:
     """Left out."""
     return lambda *_, **__: None
@@ -155,6 +161,7 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
         "quarter turns are let go",
         replacing(retention, "needed_steps", without_turns),
     ),
+    ("large states on the disk", "each leg twice", replacing(retention.Retention, "_on_disk", twice)),
     (
         "memory does not grow with steps",
         "all is kept",

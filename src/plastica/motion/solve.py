@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
-from functools import cached_property
 from os import PathLike
 from typing import NamedTuple
 
@@ -196,15 +195,12 @@ class _Ran:
     """Legs of a run, and the wall seconds that those computed now have taken."""
 
     kept: Retention
+    history: History
     wall: float
 
     @property
     def legs(self) -> list[Leg]:
         return self.kept.legs
-
-    @cached_property
-    def history(self) -> History:
-        return self.kept.history()
 
     @property
     def too_coarse(self) -> bool:
@@ -219,38 +215,38 @@ def _run(
     *,
     watch_nodes: bool = False,
 ) -> _Ran:
-    began = clock.perf_counter()
+    began = said = clock.perf_counter()
     checkpoint, former = (None, ()) if keeping is None else keeping.open(problem, plan)
-    kept = Retention(problem.strut, None if plan.times is None else plan.times / problem.strut.scales.time)
-    for leg in former:
-        kept.add(leg)
-    steps, said = sum(leg.steps for leg in kept.legs), began
-    try:
-        for leg in _fresh(problem, plan, kept.legs, watch_nodes=watch_nodes):
+    times, scale = plan.times, problem.strut.scales.time
+    until = None if plan.settle else plan.end * scale
+    folder = None if keeping is None else keeping.folder
+    with closing(Retention(problem.strut, None if times is None else times / scale, folder)) as kept:
+        for leg in former:
             kept.add(leg)
-            steps += leg.steps
-            # What gave up for want of nodes is not part of the motion, and must not be taken up as such.
-            if checkpoint is not None and leg.ending != "too_coarse":
-                checkpoint.keep(leg)
-            now = clock.perf_counter()
-            if progress is not None and now - said > 0.1:
-                said = now
-                scale = problem.strut.scales.time
-                until = None if plan.settle else plan.end * scale
-                progress(Progress(leg.history.end * scale, until, steps, any(leg.moving_next), now - began))
-    finally:
-        # An interrupt, too, leaves every finished leg to be taken up.
-        if checkpoint is not None:
-            checkpoint.flush()
-    return _Ran(kept, clock.perf_counter() - began)
+        try:
+            for leg in _fresh(problem, plan, kept, watch_nodes=watch_nodes):
+                # What gave up for want of nodes is not part of the motion, and must not be taken up as such.
+                if checkpoint is not None and leg.ending != "too_coarse":
+                    checkpoint.keep(leg)
+                kept.add(leg)
+                now = clock.perf_counter()
+                if progress is not None and now - said > 0.1:
+                    said = now
+                    end = leg.history.end * scale
+                    progress(Progress(end, until, kept.steps, any(leg.moving_next), now - began))
+        finally:
+            # An interrupt, too, leaves every finished leg to be taken up.
+            if checkpoint is not None:
+                checkpoint.flush()
+        return _Ran(kept, kept.history(), clock.perf_counter() - began)
 
 
-def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Iterator[Leg]:
+def _fresh(problem: Problem, plan: Plan, kept: Retention, *, watch_nodes: bool) -> Iterator[Leg]:
     """Legs that are still to be computed after those that are there."""
-    t, y, moving = plan.t0, problem.y0, None
+    t, y, moving, legs = plan.t0, problem.y0, None, kept.legs
     if legs:
         t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
-    taken = sum(leg.steps for leg in legs)
+    taken = kept.steps
     unfinished = not legs or legs[-1].ending in ("landed", "switched", "full")
     if not (unfinished and t < plan.end and taken < plan.max_steps):
         return iter(())
@@ -262,20 +258,19 @@ def _fresh(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bo
         leg_steps=LEG_STEPS,
         most_steps=plan.max_steps,
     )
-    stop = _stop(problem, plan, legs, watch_nodes=watch_nodes)
+    stop = _stop(problem, plan, np.maximum(kept.met, np.abs(problem.y0)), watch_nodes=watch_nodes)
     stretches = itinerary(problem.strut, t, plan.end)
     return integrate(problem.strut, y, stretches, options, moving=moving, taken=taken, stop=stop)
 
 
-def _stop(problem: Problem, plan: Plan, legs: Sequence[Leg], *, watch_nodes: bool) -> Stop | None:
+def _stop(problem: Problem, plan: Plan, met: Array, *, watch_nodes: bool) -> Stop | None:
     """What ends a run early: too few nodes where these are being chosen, and rest where that is asked for."""
     n, natural = problem.strut.layout.nodes, problem.strut.layout.natural_columns
-    met = [problem.y0[None, :], *(leg.history.y[leg.history.accepted] for leg in legs)]
     criteria: list[Stop] = []
     if watch_nodes:
-        criteria.append(coarse(problem.strut, plan.rtol, max(float(np.abs(y[:, :n]).max()) for y in met)))
+        criteria.append(coarse(problem.strut, plan.rtol, float(met[:n].max())))
     if plan.settle:
-        criteria.append(rest(plan, problem, max(float(np.abs(y[:, : natural.stop]).max()) for y in met)))
+        criteria.append(rest(plan, problem, float(met[: natural.stop].max())))
     if not criteria:
         return None
     return lambda t, y, kern: next((ending for each in criteria if (ending := each(t, y, kern))), None)
@@ -301,7 +296,7 @@ def _code(plan: Plan, last: Leg) -> str:
 def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
     legs, history = ran.legs, ran.history
     counts = Counts(
-        sum(leg.steps for leg in legs),
+        ran.kept.steps,
         sum(leg.rates for leg in legs),
         sum(leg.jacobians for leg in legs),
         max(len(legs) - 1, 0),
