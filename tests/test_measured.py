@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 import plastica as pl
 from plastica.errors import ArgumentError, FileError
+from plastica.study.centreline import centre_line as fit
 from plastica.study.measured import measured_shape
 from plastica.study.run import run
 from plastica.study.smoothing import MOST_POINTS, smooth, thinned
@@ -82,6 +84,81 @@ def check_noise_is_smoothed(folder: Path, noise: float) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.05, 0.2])
 def test_noise_is_smoothed(noise: float, tmp_path: Path) -> None:
     check_noise_is_smoothed(tmp_path, noise)
+
+
+def scattered(folder: Path, columns: Any, count: int, noise: float, seed: int) -> float:
+    """Root mean square error of the curvature from a file of so many points that scatter by `noise`."""
+    rng = np.random.default_rng([seed, count])
+    s = np.linspace(0.0, 1.0, count)
+    first, second = (s, exact(s)) if columns == "s, curvature" else centre_line(s)
+    if columns == "x, y":
+        first = first + noise * rng.standard_normal(count)
+    second = second + noise * rng.standard_normal(count)
+    shape = measured_shape(table(folder, first, second), columns, 1.0, si=False)
+    s = np.linspace(0.0, 1.0, 401)
+    return float(np.sqrt(np.mean((np.asarray(shape.function(s)) - exact(s)) ** 2)))
+
+
+def check_more_points_never_hurt(folder: Path, columns: Any, noise: float, most: float, *counts: int) -> None:
+    """In the mean over seeds the error falls with the number of points, and is small where there are many."""
+    errors = [float(np.mean([scattered(folder, columns, n, noise, seed) for seed in range(4)])) for n in counts]
+    assert all(b < a for a, b in pairwise(errors)), errors
+    assert errors[-1] <= most, errors
+
+
+@pytest.mark.parametrize(
+    ("columns", "noise", "most", "counts"),
+    [
+        ("s, curvature", 0.05, 6e-3, (30, 100, 300, 1000, 3000)),
+        ("x, y", 8e-5, 9e-3, (30, 100, 300, 1000, 3000)),
+        ("x, y", 1e-3, 5e-2, (30, 300, 3000)),
+    ],
+)
+def test_more_points_never_hurt(
+    columns: Any, noise: float, most: float, counts: tuple[int, ...], tmp_path: Path
+) -> None:
+    check_more_points_never_hurt(tmp_path, columns, noise, most, *counts)
+
+
+def check_error_is_stated(folder: Path) -> None:
+    """What the words call the scatter and the standard error is about what they are."""
+    n, noise = 400, 1e-4
+    s, rng = np.linspace(0.0, 1.0, n), np.random.default_rng(5)
+    x, y = (values + noise * rng.standard_normal(n) for values in centre_line(s))
+    line = fit(x, y)
+    assert 0.9 * noise <= line.scatter <= 1.1 * noise
+    assert line.length == pytest.approx(1.0, abs=4.0 * noise)
+    s = np.linspace(0.0, 1.0, 401)
+    off = float(np.sqrt(np.mean((line.curvature(2.0 * s - 1.0) - exact(s)) ** 2)))
+    assert 0.3 * line.error <= off <= 3.0 * line.error
+    words = measured_shape(table(folder, x, y), "x, y", 1.0, si=False).words
+    for said in ("400 rows (x, y)", "roughness weight", "standard error of the curvature", "rms", "scaled by"):
+        assert said in words
+
+
+def test_scatter_and_error_are_stated(tmp_path: Path) -> None:
+    check_error_is_stated(tmp_path)
+
+
+def test_points_without_scatter_give_the_curve_itself() -> None:
+    for count, most in ((20, 1e-2), (60, 3e-3), (300, 3e-3), (10_000, 3e-3)):
+        x, y = centre_line(np.linspace(0.0, 1.0, count))
+        s = np.linspace(0.0, 1.0, 401)
+        assert np.abs(fit(x, y).curvature(2.0 * s - 1.0) - exact(s)).max() <= most
+
+
+def test_a_coil_and_a_straight_rod() -> None:
+    """Shapes that turn several times, and not at all; uneven points, in any unit."""
+    rng = np.random.default_rng(2)
+    s = np.sort(rng.uniform(0.0, 1.0, 400))
+    s[0], s[-1] = 0.0, 1.0
+    turn = 15.0
+    places = np.array([np.sin(turn * s), 1.0 - np.cos(turn * s)]) + 1e-4 * rng.standard_normal((2, 400))
+    coil = fit(*(250.0 * places))
+    assert coil.length == pytest.approx(250.0 * turn, rel=1e-3)
+    assert np.abs(coil.curvature(np.linspace(-1.0, 1.0, 101)) - turn).max() <= 0.1
+    straight = fit(s, 0.3 * s + 1e-4 * rng.standard_normal(400))
+    assert np.abs(straight.curvature(np.linspace(-1.0, 1.0, 101))).max() <= 2e-2
 
 
 def test_the_weight_means_what_it_says() -> None:

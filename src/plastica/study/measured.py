@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from plastica.errors import ArgumentError, FileError, shown
 from plastica.files import read_bytes
 from plastica.physics.initial import Shape
+from plastica.study.centreline import centre_line, coarse
 from plastica.study.smoothing import Smoothed, smooth, thinned
 from plastica.units import dimension_of, format_quantity, parse_quantity
 
@@ -55,11 +56,14 @@ def measured_shape(
 ) -> Shape:
     """Read measured points and smooth them to a curvature along the rod.
 
-    From (s, curvature), the curvature is a cubic smoothing spline. From points (x, y) on the centre line, the arc
-    length is that of the chords, the tangent angles are those of the chords at their middles, and the curvature is
-    the derivative of a cubic smoothing spline of the angle. The weight of the roughness is found by generalised
-    cross-validation. Either curve is then given by the polynomial of least degree that departs from it by less than
-    it departs from the data, so that the grid can resolve it. All this is stated in the shape's words.
+    From (s, curvature), the curvature is a cubic smoothing spline, given by the polynomial of least degree that departs
+    from it by less than its standard error, so that the grid can resolve it. To points (x, y) on the centre line a
+    curve is fitted whose curvature is a polynomial, see `plastica.study.centreline`. The weight of the roughness is the
+    most likely one, where the scatter of each point is taken to be its own: what neighbouring points share, such as the
+    distortion of a lens, cannot be told from the shape. All this is stated in the shape's words.
+
+    Where the weight is given, the curvature from points (x, y) is the derivative of a cubic smoothing spline of the
+    tangent angle, which is that of the chords at their middles.
 
     Parameters
     ----------
@@ -74,7 +78,8 @@ def measured_shape(
     length_unit, curvature_unit : str, optional
         Units of the columns where the heading does not say them.
     smoothing : float, optional
-        Weight of the roughness: mean square departure + smoothing * int f''^2 d(s/L); 0 interpolates.
+        Weight of the roughness: mean square departure + smoothing * int f''^2 d(s/L) for the curvature or the angle f;
+        0 interpolates. By default what the points themselves make most likely.
 
     Returns
     -------
@@ -93,6 +98,8 @@ def measured_shape(
     given = (length_unit, curvature_unit if columns == "s, curvature" else length_unit)
     scales = [_scale(*each, si) for each in zip(table.units, given, kinds, ("length", "curvature"), strict=True)]
     first, second = table.first * scales[0], table.second * scales[1]
+    if columns == "x, y" and smoothing is None:
+        return _from_points(source, table, first, second, length, si)
     if columns == "x, y":
         s, y = _angles(source, table, first, second)
         whole = float(s[-1])
@@ -107,7 +114,35 @@ def measured_shape(
     per_length = 1.0 / length if columns == "x, y" else 1.0
     polynomial, rest = _polynomial(curve, fit, places, columns)
     words = _words(source, table, columns, fit, whole / length, si, rest, polynomial.degree(), per_length)
+    return _shape(polynomial, length, per_length, words)
 
+
+def _from_points(source: Path, table: _Table, x: Array, y: Array, length: float, si: bool) -> Shape:
+    """Fit a curve to points, its own scatter and smoothness being found."""
+    _check_points(source, table, x, y)
+    few_x, few_y = coarse(x, y)
+    _check_turns(source, table, few_x, few_y)
+    try:
+        with np.errstate(all="ignore"):
+            line = centre_line(x, y)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        raise _bad(
+            source,
+            "must have points along a line, but no curve was found that passes them in their order",
+            "Sort the points from the clamp to the free end.",
+        ) from None
+    _check_length(source, line.length, length, si)
+    unit = "1/m" if si else "1/L"
+    words = (
+        f"measured, {source.name}: {x.size} rows (x, y), from which a curve with a curvature of degree "
+        f"{line.curvature.degree()} and roughness weight {line.smoothing:.2g} is off by "
+        f"{format_quantity(line.scatter, 'm' if si else '')} rms; standard error of the curvature "
+        f"{line.error / length:.2g} {unit} rms; measured length scaled by {length / line.length:.4f}"
+    )
+    return _shape(line.curvature, length, 1.0 / length, words)
+
+
+def _shape(polynomial: np.polynomial.Legendre, length: float, per_length: float, words: str) -> Shape:
     def function(at: Array) -> Array:
         return np.asarray(polynomial(2.0 * np.asarray(at, dtype=float) / length - 1.0)) * per_length
 
@@ -204,25 +239,33 @@ def _along(source: Path, table: _Table, s: Array) -> Array:
 
 def _angles(source: Path, table: _Table, x: Array, y: Array) -> tuple[Array, Array]:
     """Arc length at the points, and tangent angle at the middles of the chords between them."""
+    _check_points(source, table, x, y)
+    _check_turns(source, table, x, y)
     chords = np.hypot(np.diff(x), np.diff(y))
-    still = np.nonzero(chords == 0.0)[0]
+    return np.concatenate([[0.0], np.cumsum(chords)]), np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
+
+
+def _check_points(source: Path, table: _Table, x: Array, y: Array) -> None:
+    still = np.nonzero((np.diff(x) == 0.0) & (np.diff(y) == 0.0))[0]
     if still.size:
         raise _bad(
             source,
             f"must have different points, but line {int(table.lines[still[0] + 1])} repeats the one before",
         )
-    if chords.size < FEWEST_ROWS:
+    if x.size <= FEWEST_ROWS:
         raise _bad(source, f"must have at least {FEWEST_ROWS + 1} points, but has {x.size}")
-    angle = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
-    turn = np.abs(np.diff(angle))
+
+
+def _check_turns(source: Path, table: _Table, x: Array, y: Array) -> None:
+    """Refuse points, or means of neighbouring points, that turn back on themselves."""
+    turn = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(y), np.diff(x)))))
     if turn.max() > 0.5 * np.pi:
-        line = int(table.lines[int(np.argmax(turn)) + 1])
+        row = round((int(np.argmax(turn)) + 1) * (table.lines.size - 1) / (x.size - 1))
         raise _bad(
             source,
-            f"must be in order along the rod, but it turns back at line {line}",
+            f"must be in order along the rod, but it turns back at line {int(table.lines[row])}",
             "Sort the points from the clamp to the free end.",
         )
-    return np.concatenate([[0.0], np.cumsum(chords)]), angle
 
 
 def _check_length(source: Path, whole: float, length: float, si: bool) -> None:
@@ -236,7 +279,7 @@ def _check_length(source: Path, whole: float, length: float, si: bool) -> None:
 
 
 def _polynomial(curve: object, fit: Smoothed, places: Array, columns: Columns) -> tuple[np.polynomial.Legendre, float]:
-    """Return the least-degree polynomial that keeps to a curve more closely than the curve to the data."""
+    """Return the least-degree polynomial that keeps to a curve more closely than the curve to what is measured."""
     x, w = np.polynomial.legendre.leggauss(2 * DEGREE)
     lower, upper = float(places[0]), float(places[-1])
     # Beyond the outermost middles of chords the curve goes on with the value at its end.
@@ -244,7 +287,7 @@ def _polynomial(curve: object, fit: Smoothed, places: Array, columns: Columns) -
     table = np.polynomial.legendre.legvander(x, DEGREE)
     coefficients = (table * w[:, None]).T @ values * (np.arange(DEGREE + 1) + 0.5)
     size = float(np.sqrt(0.5 * w @ values**2))
-    allowed = max(1e-6 * size, 0.3 * fit.change if columns == "s, curvature" else 1e-3 * size)
+    allowed = max(1e-6 * size, 0.3 * fit.error if columns == "s, curvature" else 1e-3 * size)
     for degree in range(DEGREE + 1):
         left = float(np.sqrt(0.5 * w @ (values - table[:, : degree + 1] @ coefficients[: degree + 1]) ** 2))
         if left <= allowed:

@@ -1,4 +1,4 @@
-"""Cubic smoothing splines of measured points, with the smoothing chosen by cross-validation and stated."""
+"""Cubic smoothing splines of measured points, with the most likely smoothing, which is stated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-__all__ = ["MOST_POINTS", "Smoothed", "smooth", "thinned"]
+__all__ = ["MOST_POINTS", "Smoothed", "likeliest", "smooth", "thinned"]
 
 Array = NDArray[np.float64]
 
@@ -33,11 +33,14 @@ class Smoothed:
         The weight of its roughness.
     change : float
         Root mean square of y_i - f(s_i).
+    error : float
+        Standard error of f from the scatter of the points, root mean square over them; 0 where it interpolates.
     """
 
     spline: BSpline
     smoothing: float
     change: float
+    error: float
 
 
 def thinned(s: Array, y: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
@@ -64,7 +67,7 @@ def smooth(s: Array, y: Array, smoothing: float | None) -> Smoothed:
     y : ndarray, shape (n,)
         Values.
     smoothing : float or None
-        Weight of the roughness; 0 interpolates; None takes the weight of the least generalised cross-validation score.
+        Weight of the roughness; 0 interpolates; None takes the weight of the greatest restricted likelihood.
 
     Returns
     -------
@@ -72,32 +75,64 @@ def smooth(s: Array, y: Array, smoothing: float | None) -> Smoothed:
     """
     from scipy.interpolate import make_interp_spline, make_smoothing_spline
 
-    chosen = _cross_validated(s, y) if smoothing is None else smoothing
-    if chosen == 0.0:
-        spline = make_interp_spline(s, y, k=3, bc_type="natural")
-    else:
-        spline = make_smoothing_spline(s, y, lam=chosen * s.size)
-    return Smoothed(spline, chosen, float(np.sqrt(np.mean((y - spline(s)) ** 2))))
-
-
-def _cross_validated(s: Array, y: Array) -> float:
-    """Return the weight with the least score n |(1 - S) y|^2 / tr(1 - S)^2 (Craven and Wahba).
-
-    The smoother is S = (1 + n lam K)^-1 with the roughness K = Q R^-1 Q^T of natural cubic splines (Reinsch), whose
-    eigenvectors serve every weight.
-    """
     values, vectors = np.linalg.eigh(_roughness(s))
     values = np.maximum(values, 0.0)
     values[:2] = 0.0  # straight lines have no roughness
     parts = vectors.T @ y
-    # From "interpolates" to "straight line", four weights a decade.
-    low, high = 1e-3 / values[-1], 1e3 / values[2]
-    weights = np.logspace(np.log10(low), np.log10(high), 4 * int(np.ceil(np.log10(high / low))) + 1)
-    left = 1.0 - 1.0 / (1.0 + weights[:, None] * values)
-    scores = s.size * ((left * parts) ** 2).sum(axis=1) / left.sum(axis=1) ** 2
-    # Exact data have no best weight but the least; their scores are rounding.
-    floor = (64.0 * np.finfo(float).eps * float(np.abs(y).max(initial=0.0))) ** 2
-    return float(weights[int(np.argmin(np.maximum(scores, floor)))]) / s.size
+    if smoothing is None:
+        least = 64.0 * np.finfo(float).eps * float(np.abs(y).max(initial=0.0))
+        weight, _ = likeliest(values, parts, 0.0, s.size, least)
+    else:
+        weight = smoothing * s.size
+    if weight == 0.0:
+        return Smoothed(make_interp_spline(s, y, k=3, bc_type="natural"), 0.0, 0.0, 0.0)
+    # The smoother is S = (1 + weight K)^-1 with the roughness K = Q R^-1 Q^T of natural cubic splines (Reinsch).
+    kept = 1.0 / (1.0 + weight * values)
+    noise = float(np.sum(((1.0 - kept) * parts) ** 2)) / max(float(np.sum(1.0 - kept)), 1e-300)
+    spline = make_smoothing_spline(s, y, lam=weight)
+    change = float(np.sqrt(np.mean((y - spline(s)) ** 2)))
+    return Smoothed(spline, weight / s.size, change, float(np.sqrt(noise * np.mean(kept))))
+
+
+def likeliest(roughness: Array, parts: Array, rest: float, count: int, least: float) -> tuple[float, float]:
+    """Return the weight of a penalty that has the greatest restricted likelihood, and the variance of the noise.
+
+    Data are noise of one variance, plus modes whose variances are inverse to their roughness; modes without roughness
+    are free. The weight is the ratio of the two variances. Of the two common choices this one is less easily misled
+    than generalised cross-validation by few points (Wood, J. R. Statist. Soc. B 73, 2011, page 3).
+
+    Parameters
+    ----------
+    roughness : ndarray, shape (k,)
+        Eigenvalues of the penalty, in ascending order, 0 for free modes.
+    parts : ndarray, shape (k,)
+        Components of the data along the modes, which are orthonormal.
+    rest : float
+        Square of what the data hold besides.
+    count : int
+        Number of data, at least k.
+    least : float
+        The least noise to be reckoned with: what is below it is rounding.
+
+    Returns
+    -------
+    tuple of float
+        Weight w of the penalty in |data - fit|^2 + w penalty, and variance.
+    """
+    rough = roughness > 0.0
+    values, seen = roughness[rough], parts[rough] ** 2
+    free = count - int(np.count_nonzero(~rough))
+    if values.size == 0 or free < 1:
+        return 1.0, rest / max(free, 1)
+    # From "interpolates" to "no roughness", ten weights a decade.
+    low, high = 1e-4 / float(values[-1]), 1e4 / float(values[0])
+    weights = np.logspace(np.log10(low), np.log10(high), 10 * int(np.ceil(np.log10(high / low))) + 1)
+    share = weights[:, None] * values
+    floor = least**2 + np.finfo(float).tiny
+    variance = np.maximum(((seen * share / (1.0 + share)).sum(axis=1) + rest) / free, floor)
+    scores = free * np.log(variance) + np.log1p(1.0 / share).sum(axis=1)
+    best = int(np.argmin(scores))
+    return float(weights[best]), float(variance[best])
 
 
 def _roughness(s: Array) -> Array:
