@@ -152,7 +152,7 @@ def _cut(*_: object, **__: object) -> None:
 
 
 def test_where_files_cannot_be_locked_only_age_tells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweep_aside, "_lock", lambda mark, *, wait: None)
+    monkeypatch.setattr(sweep_aside, "take_lock", lambda mark, *, wait: None)
     for name in ("recent_1", "rested_1"):
         (tmp_path / f".s.sweep.{name}").mkdir()
         (tmp_path / f".s.sweep.{name}" / PLAN).write_text(sweep_aside._being_made(), encoding="utf-8")
