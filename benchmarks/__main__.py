@@ -10,6 +10,7 @@ NAMES = (
     "completeness",
     "kills",
     "memory",
+    "limits",
 )
 
 if __name__ == "__main__":

@@ -27,7 +27,6 @@ from plastica.motion import dataset
 from plastica.physics import status
 from plastica.physics.scales import unit_of
 from plastica.study import schema
-from tests.patience import PATIENCE
 from tests.support import reference, reference_error, solution_of
 
 ROOT = Path(__file__).parent.parent
@@ -96,7 +95,7 @@ def run_bash(block: Block, folder: Path) -> str:
         env={**os.environ, "PATH": path, "COLUMNS": "80"},
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=300,
         check=False,
     )
     assert done.returncode == int(block.option("exit") or 0), f"line {block.line}: {done.stdout}{done.stderr}"

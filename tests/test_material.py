@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import time
 
 import numpy as np
 import pytest
@@ -13,7 +14,6 @@ from plastica.errors import ArgumentError
 from plastica.material import catalogue
 from plastica.material.admissibility import Verdict
 from plastica.material.material import Law, Material, admissible
-from tests.patience import calls
 
 EPS = float(np.finfo(float).eps)
 GOOD = {"preference": "m**2/2", "flow": "pos(x)**2", "threshold": "0.1"}
@@ -286,10 +286,12 @@ def test_judgements_say_where_they_come_from() -> None:
             Material(**GOOD).admissibility(bound)
 
 
-def test_judging_is_little_work() -> None:
+def test_judging_is_quick() -> None:
     Material(**GOOD).admissibility()
     slow = "+".join(f"(1 - cos({i}*m))/{i}" for i in range(1, 9)) + "+m**2*sqrt(1 + m**2)*tanh(m)**2"
-    assert calls(lambda: _with("preference", slow).admissibility()) < 1_000_000
+    start = time.process_time()
+    _with("preference", slow).admissibility()
+    assert time.process_time() - start < 0.5
 
 
 def test_units_are_checked() -> None:

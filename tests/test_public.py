@@ -16,7 +16,6 @@ import pytest
 
 import plastica as pl
 from plastica import errors
-from tests.patience import PATIENCE
 
 ROOT = Path(__file__).parent.parent
 
@@ -53,7 +52,7 @@ SIGNATURES = {
     "spectrum": "equilibrium, count=6, *lowest=0",
     "modes": "rod, equilibrium=None, count=6",
     "asymptotic_phase": "equilibrium, mu, mu_nat, grid",
-    "predict_limit": "strut, mu, mu_nat",
+    "predict_limit": "strut, mu, mu_nat, *rtol=0.0",
     "rest": "model, curvature=0.0, natural_curvature=0.0",
     "omega_limit": "strut, curvature=0.0, natural_curvature=0.0, *rtol=1e-08, *longest=10000000.0",
     "thermodynamics": "solution",
@@ -236,7 +235,7 @@ def test_one_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
     said = subprocess.run(
-        [sys.executable, "-m", "plastica", "--version"], capture_output=True, text=True, timeout=PATIENCE, check=True
+        [sys.executable, "-m", "plastica", "--version"], capture_output=True, text=True, timeout=60, check=True
     )
     assert pl.__version__ in said.stdout
     places = {"CHANGELOG.md": rf"^## {pl.__version__}\b", "CITATION.cff": rf"^version: {pl.__version__}$"}

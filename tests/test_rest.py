@@ -99,6 +99,35 @@ def test_it_is_where_a_frozen_rod_comes_to_rest() -> None:
         assert np.abs(run.history.y[-1, :24] - shape.mu).max() <= 1e-9
 
 
+ASTRAY = [
+    (pl.Load(thrust=12.3), 0.3, "7.0"),
+    (pl.Load(thrust=9.0), 0.3, "-10.5 + 1.8*cos(pi*s)"),
+    (pl.Load(thrust=9.865, transverse=2.802, couple=-1.334), 1.1354405539987615, "5.6224 + 2.9896*cos(2.7575*s)"),
+    (pl.Load(thrust=1.405, weight=42.04), 0.44575, "6.9334 + 10.3513*cos(1.8425*s)"),
+]
+"""Loads, natural curvatures and starts from which large steps downhill come to another shape than the motion."""
+
+
+def check_the_motions_shape(load: pl.Load, natural: float, start: str) -> None:
+    model = pl.Strut(pl.Material("m**2/2", "pos(x)**2", "1e6"), load, pl.Grid(nodes=32))
+    run = pl.solve(model, start, natural, until=80.0, rtol=1e-10)
+    shape = pl.rest(model, start, natural)
+    assert np.abs(run.history.y[-1, :32] - shape.mu).max() <= 1e-7
+    assert shape.sentence == "At rest, and stable as long as the natural curvature is held."
+
+
+@pytest.mark.parametrize("case", ASTRAY)
+def test_the_motions_shape(case: tuple[pl.Load, float, str]) -> None:
+    check_the_motions_shape(*case)
+
+
+def test_what_is_not_shown_is_said() -> None:
+    """At Euler's load the straight rod attracts algebraically: no ball about it is shown to."""
+    shape = pl.rest(strut(pl.Load(thrust=EULER), 24), "0.1*cos(pi*s/2)")
+    assert shape.converged
+    assert "It is not shown that the start comes to this one of the static shapes." in shape.sentence
+
+
 def test_several_static_shapes() -> None:
     """At gamma = 40 and natural curvature 0.1 there are five: starts lead to stable ones only, all of them static."""
     model = strut(pl.Load(thrust=40.0), 48)

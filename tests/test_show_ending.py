@@ -87,7 +87,7 @@ def test_ending_is_drawn_for_every_run(name: str) -> None:
 def check_section() -> None:
     """The report says where it ends: kind, numbers in the end, stability, assumptions, pictures with words."""
     for name, words in (
-        ("held", ("creeps on", "halves within", "The end is stable", "Forgotten", "assumed")),
+        ("held", ("creeps on", "halves within", "The end is stable", "Forgotten", "follows the curve", "checked")),
         ("still", ("comes to rest", "Yields no more", "checked")),
         ("stopped", ("cannot be told yet", "What would decide it", "follow the motion further")),
         ("cycles", ("No limit is predicted", "go on changing")),

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plastica.equilibria import apart, endings, settled, way
+from plastica.equilibria import apart, contraction, endings, following, settled, way
 from plastica.motion import parts
-from tests import test_endings
+from tests import test_endings, test_limits, test_rest
 
 Patch = pytest.MonkeyPatch
 Defect = Callable[[Patch], None]
@@ -83,7 +83,32 @@ DEFECTS: dict[str, tuple[Defect, Callable[[], object]]] = {
     ),
     "folds overlooked": (_changed(way, "_sampled", _monotone), test_endings.check_first_roots),
     "tangencies overlooked": (_changed(way, "_look", _blunt), test_endings.check_first_roots),
-    "a turn that proves too much": (_changed(endings, "SURELY", lambda sound: 10.0), test_endings.check_remembers),
+    "every shape holds": (
+        _changed(endings, "contracts", lambda sound: lambda grid, force, angle, away: np.ones(away.size, dtype=bool)),
+        lambda: test_limits.check_no_shape_is_taken_for_another(*test_limits.FROZEN[0]),
+    ),
+    "a ball of half the size it has": (
+        _changed(contraction, "chord_slope", lambda sound: lambda angle, reach: sound(angle, 0.1 * reach)),
+        lambda: test_limits.check_no_shape_is_taken_for_another(*test_limits.FROZEN[1]),
+    ),
+    "chords at one end": (
+        _changed(test_endings, "chord_slope", lambda sound: lambda angle, reach: sound(angle, 0.5 * reach)),
+        test_endings.check_contraction,
+    ),
+    "a ball that is too large": (
+        _changed(contraction, "integral_norm", lambda sound: lambda grid: 0.6 * sound(grid)),
+        test_endings.check_contraction,
+    ),
+    "every rod follows its curve": (
+        _changed(
+            endings, "follows_the_curve", lambda sound: lambda start, *state: np.ones(start.gamma.size, dtype=bool)
+        ),
+        test_endings.check_none_is_told_to_stop,
+    ),
+    "large steps alone": (
+        _changed(following, "holds", lambda sound: lambda model, mu, shape: True),
+        lambda: test_rest.check_the_motions_shape(*test_rest.ASTRAY[3]),
+    ),
 }
 
 

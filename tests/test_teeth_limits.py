@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from plastica.equilibria import endings, limits
@@ -45,7 +44,6 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         endings, "rates", lambda sound: lambda start, end: sound(replace(start, side=-start.side), end)
     ),
     "a cube for the square": _changed(limits, "_power", lambda sound: lambda laws: (3.0, sound(laws)[1])),
-    "no margin": _changed(endings, "CLEAR", lambda sound: 1e-6),
     "the other root": _changed(endings, "first_roots", _mirrored),
     "the shape of half the thrust": _changed(
         limits, "endings", lambda sound: lambda grid, gamma, *state: sound(grid, 0.999 * gamma, *state)
@@ -63,7 +61,6 @@ def _end_of_case_5() -> None:
 TEETH: list[tuple[Callable[[], None], str]] = [
     (lambda: test_limits.check_tail(5), "a cube for the square"),
     (_end_of_case_5, "the rate without the threshold's slope"),
-    (lambda: test_limits.check_a_start_not_yet_forgotten(*test_limits.STARTS[0]), "no margin"),
     (lambda: test_limits.check_never_wrong(3), "the other root"),
     (lambda: test_limits.check_never_wrong(3), "the shape of half the thrust"),
     (test_rest.check_buckled, "a thrust a millionth larger"),
@@ -82,4 +79,3 @@ def test_catches(check: Callable[[], None], defect: str, monkeypatch: pytest.Mon
 
 def test_every_defect_has_a_check() -> None:
     assert {defect for _, defect in TEETH} == set(DEFECTS)
-    assert np.isfinite(endings.CLEAR)

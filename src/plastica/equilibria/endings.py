@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.equilibria.apart import ends_apart, product_apart
+from plastica.equilibria.contraction import contracts
+from plastica.equilibria.creep import follows_the_curve
 from plastica.equilibria.elastica import LARGEST_GAMMA, Ends, profile
 from plastica.equilibria.oscillation import unstable_count
 from plastica.equilibria.settled import settle_many
@@ -32,25 +34,28 @@ WHY: Final = (
     "a fold lies on its way, at which it will snap to another shape",
     "it keeps yielding as far as the curve of equilibria was followed",
     "it has not yet forgotten its start",
+    "of several static shapes it is not yet near enough to one to be held by it",
     "",
 )
 """Why it cannot be told where a member ends; the last is of those of which it can."""
 
-BEYOND, NO_SHAPE, SWITCHING, PASSING, SNAPPING, YIELDING, REMEMBERING, TOLD = range(len(WHY))
+BEYOND, NO_SHAPE, SWITCHING, PASSING, SNAPPING, YIELDING, REMEMBERING, LOOSE, TOLD = range(len(WHY))
 
 NEAR_FOLD: Final = 1e-6
 """|theta_0'(1)| below which an equilibrium counts as too near a fold to predict anything from it."""
 
 NEWTON_STEPS: Final = 20
+EDGE_STEPS: Final = 6
+"""Newton's steps to a root of |D| = Theta that is next to the state."""
+
 NEARBY: Final = 1e-3
 """How far, relative to max(1, |alpha|), the clamp curvature of a shape may lie from what the grid says of it."""
 
-CLEAR: Final = 2.0
-"""How many times the state's distance from the curve of equilibria a margin must be to count as clear. Of 540 states on
-60 random runs, 1 gave no wrong prediction (332 decided), 0.3 gave 20 wrong ones."""
+ROUNDING: Final = 64.0 * float(np.finfo(float).eps)
+"""Relative error of a drive, or of a distance, that rounding alone can make."""
 
-SURELY: Final = 0.9
-"""Share of a bound that a quadrature on the grid cannot fall short of."""
+BLURRED: Final = 8.0
+"""Times the error of the drive that a state at |D| = Theta may be away from its static shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +81,7 @@ class Endings:
     away : ndarray
         Distance of the state from that shape.
     excess : ndarray
-        |D| - Theta of that shape.
+        |D| - Theta of that shape; 0 where it is limiting and this is below what is known of it.
     """
 
     kind: Codes
@@ -111,8 +116,14 @@ class _Members:
     def drive(self, mean_less_natural: Array, natural: Array) -> Array:
         return mean_less_natural - self.laws.at("preference_slope", natural)
 
+    def blur(self, rtol: float) -> Array:
+        """How well |D| - Theta is known, from the sizes of its terms."""
+        mean, slope = (self.grid.w * np.abs(self.mu)).sum(axis=1), self.laws.at("preference_slope", self.mu_nat)
+        terms = mean + np.abs(self.mu_nat) + np.abs(slope) + self.laws.at("threshold", self.mu_nat)
+        return np.asarray(max(rtol, ROUNDING) * terms)
 
-def endings(grid: Grid, gamma: Array, mu: Array, mu_nat: Array, laws: ManyLaws) -> Endings:
+
+def endings(grid: Grid, gamma: Array, mu: Array, mu_nat: Array, laws: ManyLaws, rtol: float = 0.0) -> Endings:
     """Tell where the motion of struts under constant thrusts ends, as far as it can be told from one state of each.
 
     Parameters
@@ -127,6 +138,8 @@ def endings(grid: Grid, gamma: Array, mu: Array, mu_nat: Array, laws: ManyLaws) 
         Dimensionless natural curvature, finite.
     laws : ManyLaws
         The materials.
+    rtol : float
+        Relative tolerance of the run that made the states: |D| - Theta is not known better than this.
 
     Returns
     -------
@@ -151,7 +164,7 @@ def endings(grid: Grid, gamma: Array, mu: Array, mu_nat: Array, laws: ManyLaws) 
     on = ~np.isnan(alpha)
     if on.any():
         some, shape, members = some[on], shape[on], members.of(np.flatnonzero(on))
-        _sorted_out(found, some, members, shape)
+        _sorted_out(found, some, members, shape, rtol)
     return found
 
 
@@ -187,51 +200,66 @@ def _at_clamp(members: _Members, mu: Array) -> Array:
     return np.asarray((mu * at_clamp).sum(axis=1) + (shear * couple).sum(axis=1))
 
 
-def _sorted_out(found: Endings, some: NDArray[np.intp], members: _Members, shape: Array) -> None:
+def _sorted_out(found: Endings, some: NDArray[np.intp], members: _Members, shape: Array, rtol: float) -> None:
     """Tell those that yield no more from those that go on, and follow these."""
     w, mu, mu_nat, alpha = members.grid.w, members.mu, members.mu_nat, found.now[some]
     away = np.sqrt((w * (mu - shape) ** 2).sum(axis=1))
     end, threshold = ends_apart(members.gamma, alpha), members.laws.at("threshold", mu_nat)
     drive = members.drive(np.asarray(end.arm), np.asarray(end.mu_nat))
     excess = np.abs(drive) - threshold
-    yielding = np.abs(members.drive((w * mu).sum(axis=1) - mu_nat, mu_nat)) > threshold
     found.away[some], found.excess[some] = away, excess
-    interior = (excess + away <= 0.0) & ~yielding
-    switching = ~interior & ((excess <= np.where(yielding, CLEAR * away, 0.0)) | (excess <= 0.0))
-    found.why[some[switching]] = SWITCHING
+    yielding = np.abs(members.drive((w * mu).sum(axis=1) - mu_nat, mu_nat)) > threshold
+    blur, coarse = members.blur(rtol), np.abs(members.drive((w * shape).sum(axis=1) - mu_nat, mu_nat) - drive)
+    theta = product_apart(shape, members.grid.A.T)
+    attracts = contracts(members.grid, members.gamma[:, None], theta, away)
+    held = attracts | (away <= ROUNDING * np.maximum(1.0, np.abs(mu).max(axis=1)))
+    interior = held & (excess + away + coarse <= -blur) & ~yielding
+    edge = attracts & ~interior & (np.abs(excess) <= blur) & (away <= BLURRED * blur)
+    switching = ~interior & ~edge & ((excess <= np.where(yielding, away, 0.0)) | (excess <= 0.0))
+    found.why[some] = np.where(held, SWITCHING, LOOSE)
     _put(found, some[interior], INTERIOR, alpha[interior], _some(end, interior), members.gamma[interior])
-    going = np.flatnonzero(~interior & ~switching)
-    if going.size:
-        side, now = np.where(drive[going] > 0.0, 1.0, -1.0), _some(end, going)
-        start = Start(members.gamma[going], alpha[going], now.theta0_slope, side, members.laws.of(going))
-        _follow(found, some[going], start, now.phi, members.grid)
+    going = held & ~interior & ~edge & ~switching
+    for which, go in ((np.flatnonzero(edge), _arrived), (np.flatnonzero(going), _follow)):
+        if which.size:
+            side, now = np.where(drive[which] > 0.0, 1.0, -1.0), _some(end, which)
+            start = Start(members.gamma[which], alpha[which], now.theta0_slope, side, members.laws.of(which))
+            go(found, some[which], start, shape[which], members.grid, (blur + coarse)[which])
 
 
-def _follow(found: Endings, some: NDArray[np.intp], start: Start, phi: Array, grid: Grid) -> None:
+def _follow(found: Endings, some: NDArray[np.intp], start: Start, shape: Array, grid: Grid, blur: Array) -> None:
     """Follow the curve of equilibria the way the drive moves the natural curvature, up to |D| = Theta."""
     away = found.away[some]
-    root, code = first_roots(start, CLEAR * away)
+    root, code = first_roots(start, away + blur)
     found.why[some] = np.select([code == TANGENCY, code == FOLD], [PASSING, SNAPPING], YIELDING)
     arrived = np.flatnonzero(code == ARRIVED)
     if not arrived.size:
         return
     some, start, root = some[arrived], start.of(arrived), root[arrived]
+    sure = follows_the_curve(start, root, shape[arrived], away[arrived], grid)
+    found.why[some[~sure]] = REMEMBERING
+    some, start, root = some[sure], start.of(sure), root[sure]
     end = ends_apart(start.gamma, root)
-    remembers = _remembers(start, root, np.asarray(end.phi) - phi[arrived], away[arrived], grid)
-    found.why[some[remembers]] = REMEMBERING
-    forgot = np.flatnonzero(~remembers)
-    some, start, end = some[forgot], start.of(forgot), _some(end, forgot)
-    _put(found, some, LIMITING, root[forgot], end, start.gamma)
+    _put(found, some, LIMITING, root, end, start.gamma)
     found.rate[some] = rates(start, end)
 
 
-def _remembers(start: Start, root: Array, turn: Array, away: Array, grid: Grid) -> Truths:
-    """Whether a state is farther from its static shape than half of what that has to go; the free end's turn known."""
-    # The mean of a difference is not more than its norm: where the turn is enough, no shape is needed.
-    late = away > SURELY * np.abs(turn) / CLEAR
-    for i in np.flatnonzero(late):
-        late[i] = away[i] > distance_between(start.gamma[i], start.alpha[i], root[i], grid) / CLEAR
-    return late
+def _arrived(found: Endings, some: NDArray[np.intp], start: Start, shape: Array, grid: Grid, blur: Array) -> None:
+    """Tell where |D| = Theta next to states of which it is not known on which side of it they are."""
+    root = start.alpha.copy()
+    for _ in range(EDGE_STEPS):
+        end = ends_apart(start.gamma, root)
+        gap = start.gap(np.asarray(end.arm), np.asarray(end.mu_nat))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            root = root + start.side * gap / (rates(start, end) * np.asarray(end.theta0_slope))
+        root = np.where(np.abs(root) <= FARTHEST, root, start.alpha)
+    end = ends_apart(start.gamma, root)
+    rate = rates(start, end)
+    gap = np.abs(start.gap(np.asarray(end.arm), np.asarray(end.mu_nat)))
+    near = np.abs(root - start.alpha) <= NEARBY * np.maximum(1.0, np.abs(start.alpha))
+    sure = np.flatnonzero((rate > 0.0) & near & (gap <= blur))
+    some = some[sure]
+    _put(found, some, LIMITING, root[sure], _some(end, sure), start.gamma[sure])
+    found.rate[some], found.excess[some] = rate[sure], 0.0
 
 
 def distance_between(gamma: float, one: float, other: float, grid: Grid) -> float:

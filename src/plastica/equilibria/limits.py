@@ -2,7 +2,9 @@
 
 While it yields, a rod that has forgotten its start creeps along the curve of equilibria phi_alpha, its natural
 curvature phi_alpha'(1) moving the way of the drive, until |D| = Theta (a limiting equilibrium) or a fold. A rod that
-does not yield goes to the static shape of its frozen natural curvature (an interior equilibrium).
+does not yield goes to the static shape of its frozen natural curvature (an interior equilibrium). Both are said only
+where the state is certainly held: within a ball about that shape which no motion leaves (`equilibria.contraction`), or
+so close to the curve that it cannot pass the end (`equilibria.creep`).
 """
 
 from __future__ import annotations
@@ -61,7 +63,8 @@ class Limit:
     ----------
     kind : str
         "interior" (the natural curvature is frozen, the approach exponential), "limiting" (|D| = Theta, the approach
-        algebraic) or "undecided" (too near a fold, a tangency or a switch to tell; the sentence says what would).
+        algebraic) or "undecided" (too early, or too near a fold, a tangency or a switch to tell; the sentence says
+        which).
     equilibrium : Equilibrium or None
         The end; None only if undecided.
     stable : bool or None
@@ -76,7 +79,8 @@ class Limit:
     exponent, coefficient : float or None
         Limiting: f(x) ~ coefficient x^exponent for small x.
     excess : float or None
-        Limiting: x of the equilibrium at the present natural curvature, from which the tail starts.
+        Limiting: x of the equilibrium at the present natural curvature, from which the tail starts; 0 where it is below
+        what the tolerance can tell.
     sentence : str
         The same in words.
     """
@@ -95,9 +99,12 @@ class Limit:
     def tail(self, later: ArrayLike) -> Array:
         """Return x = |D| - Theta a time `later` (dimensionless) from now, by the law of approach.
 
-        With f(x) = c x^p it is (x_0^(1-p) + (p-1) r c t)^(-1/(p-1)) (errata C); nan where the limit is not limiting.
+        With f(x) = c x^p it is (x_0^(1-p) + (p-1) r c t)^(-1/(p-1)) (errata C); 0 where the excess is, and nan where
+        the limit is not limiting.
         """
         t = np.asarray(later, dtype=float)
+        if self.kind == "limiting" and self.excess == 0.0:
+            return np.zeros(t.shape)
         if self.kind != "limiting" or not (self.rate and self.coefficient and self.exponent and self.excess):
             return np.full(t.shape, np.nan)
         p, slope = self.exponent, self.rate * self.coefficient
@@ -118,7 +125,7 @@ class Limit:
         return self.sentence
 
 
-def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float) -> Limit:
+def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float, *, rtol: float = 0.0) -> Limit:
     """Predict where the motion from a state ends, under the present constant thrust.
 
     Parameters
@@ -129,6 +136,9 @@ def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float) -> Limit:
         Curvature at the nodes, in the user's units.
     mu_nat : float
         Natural curvature, in the user's units.
+    rtol : float
+        Relative tolerance of the run that the state comes from. Where |D| and Theta agree to within it, the end is
+        limiting, or undecided: on which side of the threshold the rod is then says nothing.
 
     Returns
     -------
@@ -143,8 +153,10 @@ def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float) -> Limit:
 
     Notes
     -----
-    Limits: a state far from the curve of equilibria, as every run is at its beginning, is "undecided"; integrate
-    further and ask again.
+    Limits: a state far from the curve of equilibria, as most are at their beginning, is "undecided"; integrate further
+    and ask again. Of random rods that yield no more, 96 % are decided after 3 retardation times, and of those that go
+    on yielding, 95 % after 30 (``python -m benchmarks limits``). A rod that has a long way to go along the curve, with
+    the drive far above the threshold in between, stays "undecided" until it has gone most of it.
     """
     strut = uniform_strut(strut, "strut")
     pushed = not {name for name, _ in strut.loads.sources()} - {"thrust"} and strut.load.is_constant
@@ -160,7 +172,7 @@ def predict_limit(strut: Model, mu: ArrayLike, mu_nat: float) -> Limit:
     natural = float(initial_natural_curvature(mu_nat, strut.scales, si=strut.specimen is not None))
     gamma = float(strut.loads.thrust(0.0))
     laws, one = laws_of_all(strut.laws), np.ones(1)
-    found = endings(strut.grid, gamma * one, state[None, :], natural * one, laws)
+    found = endings(strut.grid, gamma * one, state[None, :], natural * one, laws, rtol)
     if found.kind[0] == UNDECIDED:
         return _undecided(WHY[found.why[0]])
     return _Told(strut, gamma, state, natural, found).limit()
@@ -214,11 +226,11 @@ class _Told:
             Assumption(
                 "has forgotten its start", True, f"it is {away:.1e} from the curve of equilibria, and {moved:.1e} to go"
             ),
-            Assumption("no fold on the way", True, "the natural curvature is monotone along the curve up to the end"),
+            Assumption("no fold on the way", True, "the static shapes up to the end are stable"),
             Assumption(
-                "follows the curve", False, "the lag behind the moving static shape stays as small as it is now"
+                "follows the curve", True, "its distance from the curve stays below a share of the excess"
             ),
-            _STABLE if self.stable else Assumption("undisturbed", False, "no disturbance throws it off a saddle"),
+            _STABLE,
         )
         law = _law_in_words(rate, exponent, coefficient)
         sentence = f"It ends where the drive equals the threshold, at the clamp curvature {self.alpha:.8g}/L; {law}."

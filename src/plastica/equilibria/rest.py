@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from plastica.equilibria.following import follow
 from plastica.equilibria.statics import CONVERGED, MOST_STEPS, balanced, downhill, unstable_directions
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
@@ -39,6 +40,8 @@ FINE = 1e-10
 
 ALLOWED = 1e-8
 """Error of the free end, in L, that is not spoken of."""
+
+NOT_SHOWN = " It is not shown that the start comes to this one of the static shapes."
 
 RAISED = " It was found by raising the loads from nothing."
 
@@ -162,7 +165,7 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
         The rod and its loads, which must be constant; inertia and damping play no part. ``Grid(nodes="auto")`` takes
         the smallest number of nodes that resolves the shape to 1e-10.
     curvature : number, text in s, function, Shape or nodal values
-        Where to start from, as in `solve`: of several static shapes, the one downhill from here.
+        Where to start from, as in `solve`: of several static shapes, the one that the motion from here comes to.
     natural_curvature : number, or text with a unit, or a sequence of these
         The natural curvature that is held; with several segments one for all of them, or one for each.
 
@@ -179,8 +182,10 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     Notes
     -----
     The steps are those of the implicit Euler method with a step that grows as fast as the energy and the growth rates
-    allow: at first they follow the flow downhill, at the end they are Newton's. Where this finds nothing that the grid
-    resolves, the loads are raised from nothing, and the shape followed; the status then says so.
+    allow: at first they follow the flow downhill, at the end they are Newton's. Where the start does not certainly come
+    to the shape that they find, the motion itself is followed until it does; where that cannot be shown, as next to the
+    border between what comes to two shapes, the status says so. Where nothing is found that the grid resolves, the
+    loads are raised from nothing, and the shape followed; the status then says so.
 
     Every shape is found again, by Newton's method, on a grid twice as fine; see docs/accuracy.md.
     """
@@ -234,7 +239,8 @@ def _is_fine(found: Rest) -> bool:
 
 
 def _settled(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
-    return _finished(model, mu_nat, *downhill(model, mu, mu_nat))
+    shape, residual, shown = follow(model, mu, mu_nat)
+    return _finished(model, mu_nat, shape, residual, words="" if shown else NOT_SHOWN)
 
 
 def _raised(model: Model, mu_nat: float | Array) -> Rest | None:

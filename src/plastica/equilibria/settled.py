@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.equilibria.apart import product_apart
+from plastica.equilibria.contraction import adjoint_integral, integral_norm
 from plastica.equilibria.statics import CONVERGED, MOST_STEPS
 from plastica.numerics.arrays import LANES
 from plastica.numerics.grid import Grid
@@ -93,13 +94,12 @@ class _Statics:
 
     @cached_property
     def M(self) -> Array:
-        """A in the coordinates sqrt(w) mu, in which the adjoint is the transpose."""
-        return self.root[:, None] * self.grid.A / self.root
+        return adjoint_integral(self.grid)
 
     @cached_property
     def norm(self) -> float:
         """|M|^2, close to 4/pi^2."""
-        return float(np.linalg.norm(self.M, 2)) ** 2
+        return integral_norm(self.grid) ** 2
 
     def angle(self, mu: Array) -> Array:
         return product_apart(mu, self.grid.A.T)

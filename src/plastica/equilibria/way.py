@@ -70,8 +70,9 @@ class ManyLaws:
 
     Attributes
     ----------
-    preference_slope, preference_second, threshold, threshold_slope : callable
-        Of the natural curvature and one array for each parameter that the members have of their own.
+    preference_slope, preference_second, threshold, threshold_slope, flow : callable
+        Of the natural curvature, the flow law of the excess, and one array for each parameter that the members have of
+        their own.
     own : ndarray, shape (parameters, members)
         These parameters.
     """
@@ -80,22 +81,24 @@ class ManyLaws:
     preference_second: LawOf
     threshold: LawOf
     threshold_slope: LawOf
+    flow: LawOf
     own: Array = field(default_factory=lambda: np.empty((0, 1)))
 
     def of(self, some: NDArray[np.intp] | NDArray[np.bool_]) -> ManyLaws:
         """Those of some of the members."""
-        return self if not self.own.size else replace(self, own=self.own[:, some])
+        return self if not len(self.own) else replace(self, own=self.own[:, some])
 
     def at(self, name: str, mu_nat: Array) -> Array:
-        """Values of a law; mu_nat of shape (members, ...)."""
-        own = self.own.reshape(*self.own.shape, *(1,) * (mu_nat.ndim - 1)) if self.own.size else ()
+        """Values of a law; mu_nat, or the excess, of shape (members, ...)."""
+        own = self.own.reshape(*self.own.shape, *(1,) * (mu_nat.ndim - 1)) if len(self.own) else ()
         with np.errstate(all="ignore"):
             return np.broadcast_to(np.asarray(getattr(self, name)(mu_nat, *own), dtype=float), mu_nat.shape)
 
 
 def laws_of_all(laws: Laws) -> ManyLaws:
     """Return the laws that all members share."""
-    return ManyLaws(laws.preference.slope, laws.preference.second, laws.threshold.value, laws.threshold.slope)
+    preference, threshold = laws.preference, laws.threshold
+    return ManyLaws(preference.slope, preference.second, threshold.value, threshold.slope, laws.flow.value)
 
 
 def laws_of_many(strut: Strut, varying: Sequence[str], own: Array) -> ManyLaws:
@@ -112,10 +115,13 @@ def laws_of_many(strut: Strut, varying: Sequence[str], own: Array) -> ManyLaws:
     """
     if not varying:
         return laws_of_all(strut.laws)
+
     def law(name: str, order: int) -> LawOf:
         return law_of(strut, varying, np, name, order)
 
-    return ManyLaws(law("preference", 1), law("preference", 2), law("threshold", 0), law("threshold", 1), own)
+    return ManyLaws(
+        law("preference", 1), law("preference", 2), law("threshold", 0), law("threshold", 1), law("flow", 0), own
+    )
 
 
 @dataclass(frozen=True, eq=False)

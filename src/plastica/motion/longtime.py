@@ -46,7 +46,8 @@ def limit_of(solution: Solution) -> Limit | None:
     if not strut.load.is_constant:
         strut = strut.with_load(Load(thrust=float(strut.load.thrust(end * strut.scales.time))))
     n, y = strut.grid.size, solution.history.y[-1]
-    return predict_limit(strut, y[:n] * strut.scales.curvature, float(y[n]) * strut.scales.curvature)
+    scale = strut.scales.curvature
+    return predict_limit(strut, y[:n] * scale, float(y[n]) * scale, rtol=solution.rtol)
 
 
 def natural_without_load(solution: Solution) -> Array:

@@ -108,7 +108,8 @@ def solve_many(
     shape_parameters : mapping of str to number or array, optional
         Values of the names in a text for `curvature`, such as a in "a*cos(3*s)", one for each member.
     also : sequence of str
-        "curvature": the last curvature at the nodes; "limit": where each member ends, by `predict_limit`.
+        "curvature": the last curvature at the nodes; "limit": where each member ends, by `predict_limit` of its last
+        state; "undecided" where that state is not yet held by one static shape.
     chunk : int
         Members that are dealt with at a time in a process; the memory needed grows with it.
     workers : int

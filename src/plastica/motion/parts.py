@@ -162,7 +162,7 @@ def run_part(given: Given, settings: Settings, arrays: Arrays | None = None) -> 
         _solve_singly(given, settings, int(i), ends)
     told = _told(struts, given, own, settings, ends)
     if "limit" in settings.also:
-        told |= _limits(given, own, ends, coarse)
+        told |= _limits(given, own, ends, coarse, settings.rtol)
     if "curvature" in settings.also:
         told["curvature"] = ends.y[:-1].T.copy()
     nodes = np.full(given.count, given.strut.grid.per_element)
@@ -263,7 +263,9 @@ def _tell_unresolved(given: Given, settings: Settings, ends: Ends) -> None:
         ends.code[some[off > LOST]] = COARSE
 
 
-def _limits(given: Given, own: Array, ends: Ends, coarse: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+def _limits(
+    given: Given, own: Array, ends: Ends, coarse: NDArray[np.bool_], rtol: float
+) -> dict[str, NDArray[Any]]:
     """Where each member ends, as far as it can be told from its last state."""
     from plastica.equilibria.endings import KINDS, UNDECIDED, endings
     from plastica.equilibria.way import laws_of_many
@@ -271,7 +273,7 @@ def _limits(given: Given, own: Array, ends: Ends, coarse: NDArray[np.bool_]) -> 
     strut, gamma = given.strut, _loads(given.strut, given, ends.t)["thrust"]
     some = np.flatnonzero(np.isfinite(ends.y).all(axis=0) & ~coarse & (gamma >= 0.0) & (_settled(given) <= ends.t))
     laws = laws_of_many(strut, [name for name, _ in given.parameters], own[:, some])
-    told = endings(strut.grid, gamma[some], ends.y[:-1, some].T, ends.y[-1, some], laws)
+    told = endings(strut.grid, gamma[some], ends.y[:-1, some].T, ends.y[-1, some], laws, rtol)
     kinds = np.full(given.count, "", dtype="<U9")
     natural, stable = np.full(given.count, np.nan), np.full(given.count, -1, dtype=np.int8)
     kinds[some], natural[some] = np.array(KINDS)[told.kind], told.mu_nat
