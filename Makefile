@@ -12,7 +12,7 @@ demo: $(STAMP)
 	$(BIN)/plastica run examples/pmma_strip.toml --output out/demo
 
 test: $(STAMP) check
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations 10 --durations-min 1
 
 check: $(STAMP)
 	$(BIN)/ruff check .

@@ -27,6 +27,7 @@ from plastica.motion import dataset
 from plastica.physics import status
 from plastica.physics.scales import unit_of
 from plastica.study import schema
+from tests.patience import PATIENCE
 from tests.support import reference, reference_error, solution_of
 
 ROOT = Path(__file__).parent.parent
@@ -95,7 +96,7 @@ def run_bash(block: Block, folder: Path) -> str:
         env={**os.environ, "PATH": path, "COLUMNS": "80"},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == int(block.option("exit") or 0), f"line {block.line}: {done.stdout}{done.stderr}"

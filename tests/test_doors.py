@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from plastica.doors.numbers import clean
 from plastica.motion.solve import Progress
 from plastica.study.sweep import Progress as Far
 from tests.commandline import call, scenario, si_scenario, written
+from tests.patience import PATIENCE, wait
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_help_and_version_are_quick() -> None:
         "heavy = {'numpy', 'scipy', 'sympy', 'pint', 'pydantic', 'xarray', 'rich', 'matplotlib', 'jinja2'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     assert f"plastica, version {pl.__version__}" in done.stdout
 
@@ -52,7 +52,7 @@ def test_a_run_imports_nothing_for_pictures(tmp_path: Path) -> None:
         f"assert main(['run', {str(file)!r}, '--output', {str(tmp_path / 'out')!r}, '--quiet']) == 0\n"
         "print(sorted({'matplotlib', 'PIL', 'rich', 'plastica.show.report'} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
@@ -65,7 +65,7 @@ def test_completion(shell: str) -> None:
 
 def test_a_reader_who_has_seen_enough() -> None:
     script = f"'{sys.executable}' -m plastica new - | head -n 1"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.stdout.startswith("# A scenario")
     assert done.stderr == ""
 
@@ -74,7 +74,7 @@ def test_a_terminal_without_the_signs(tmp_path: Path) -> None:
     file = written(tmp_path, scenario())
     command = [sys.executable, "-m", "plastica", "run", str(file), "--output", str(tmp_path / "out")]
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, env=environment)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True, env=environment)
     assert "0.1 ? 0." in done.stdout
     assert done.stderr == ""
 
@@ -124,19 +124,21 @@ def test_long_charts_and_sweeps_count(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "8 of 100 members, 4 a second, 23 s left" in screen.getvalue()
 
 
+def drawing() -> set[threading.Thread]:
+    """The threads that draw bars; others of this process come and go as they like."""
+    return {thread for thread in threading.enumerate() if type(thread).__module__.startswith("rich.")}
+
+
 def check_bar_is_gone(patch: pytest.MonkeyPatch) -> None:
     """Where something goes wrong under way the bar ends too: nothing goes on drawing it, and the cursor is back."""
-    screen, before = watched(patch), threading.active_count()
+    screen, before = watched(patch), drawing()
     patch.setattr(progress, "PATIENCE", 0.0)
     with suppress(KeyboardInterrupt), progress.counter(wanted=True, words="thrusts") as tell:
         tell(3, 40)
-        assert threading.active_count() > before
+        assert drawing() - before
         raise KeyboardInterrupt
     assert screen.getvalue().rfind("\x1b[?25h") > screen.getvalue().rfind("\x1b[?25l") >= 0
-    end = time.monotonic() + 20.0
-    while threading.active_count() > before:
-        assert time.monotonic() < end, "something goes on drawing the bar"
-        time.sleep(0.01)
+    wait(lambda: drawing() <= before, "the end of what draws the bar")
 
 
 def test_the_bar_goes_with_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE
+
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "src" / "plastica"
 
@@ -349,7 +351,7 @@ HEAVY = ("numpy", "scipy", "sympy", "pint", "pydantic", "xarray", "matplotlib", 
 
 def loaded_after(code: str) -> set[str]:
     script = f"import json, sys\n{code}\nprint(json.dumps(sorted(sys.modules)), file=sys.stderr)"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PATIENCE, check=True)
     return set(json.loads(done.stderr.splitlines()[-1]))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import plastica as pl
+from tests.patience import PATIENCE
 from tests.test_many import MATERIAL, READ, SHAPE, STRUT, error_beside_solve, same, singly
 
 
@@ -134,7 +135,7 @@ def test_processes_that_cannot_start(tmp_path: Path) -> None:
         "strut = pl.Strut(material, pl.Load(), pl.Grid(8))\n"
         "pl.solve_many(strut, 0.1, thrust=[1.0, 2.0], until=0.1, workers=2)\n"
     )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 1
     # What the interpreter says of the processes it clears away may come after it.
     assert "ArgumentError: `workers` must be processes that can start" in done.stderr

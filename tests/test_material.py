@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import time
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from plastica.errors import ArgumentError
 from plastica.material import catalogue
 from plastica.material.admissibility import Verdict
 from plastica.material.material import Law, Material, admissible
+from tests.patience import calls
 
 EPS = float(np.finfo(float).eps)
 GOOD = {"preference": "m**2/2", "flow": "pos(x)**2", "threshold": "0.1"}
@@ -286,12 +286,10 @@ def test_judgements_say_where_they_come_from() -> None:
             Material(**GOOD).admissibility(bound)
 
 
-def test_judging_is_quick() -> None:
+def test_judging_is_little_work() -> None:
     Material(**GOOD).admissibility()
     slow = "+".join(f"(1 - cos({i}*m))/{i}" for i in range(1, 9)) + "+m**2*sqrt(1 + m**2)*tanh(m)**2"
-    start = time.process_time()
-    _with("preference", slow).admissibility()
-    assert time.process_time() - start < 0.5
+    assert calls(lambda: _with("preference", slow).admissibility()) < 1_000_000
 
 
 def test_units_are_checked() -> None:

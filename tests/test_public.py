@@ -16,6 +16,7 @@ import pytest
 
 import plastica as pl
 from plastica import errors
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).parent.parent
 
@@ -235,7 +236,7 @@ def test_one_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["project"]["dynamic"] == ["version"]
     said = subprocess.run(
-        [sys.executable, "-m", "plastica", "--version"], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-m", "plastica", "--version"], capture_output=True, text=True, timeout=PATIENCE, check=True
     )
     assert pl.__version__ in said.stdout
     places = {"CHANGELOG.md": rf"^## {pl.__version__}\b", "CITATION.cff": rf"^version: {pl.__version__}$"}

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 import plastica as pl
 from plastica.errors import ArgumentError
 from plastica.show import panels, plots, style, view
+from tests.patience import PATIENCE
 
 from .pictured import FIGURES, check_nothing_is_solved, line, not_begun, run
 from .support import EPS
@@ -245,7 +246,7 @@ def test_no_window_system_takes_part() -> None:
         "assert 'matplotlib.pyplot' not in sys.modules\n"
         "assert 'tkinter' not in sys.modules\n"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=PATIENCE)
 
 
 def test_settings_of_the_user_are_left_alone_and_do_not_matter() -> None:

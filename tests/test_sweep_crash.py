@@ -11,10 +11,8 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,12 +21,11 @@ import pytest
 
 import plastica as pl
 from plastica.errors import FileError
-from plastica.study import sweep_cluster, sweep_engines
+from plastica.study import sweep_engines
+from plastica.study.sweep import Progress
 from plastica.study.sweep_store import open_store
 from tests.commandline import scenario, written
-
-PATIENCE = 240.0
-"""Seconds in which anything that is waited for must happen, on a machine that is busy."""
+from tests.patience import PATIENCE, wait
 
 CHUNKS, CHUNK = 36, 2
 # One by one, since a couple is varied; long enough that a kill or a stop meets a chunk under way, and many are left.
@@ -55,15 +52,6 @@ def logged(folder: Path) -> list[int]:
     if not (folder / "log.jsonl").is_file():
         return []
     return [entry["chunk"] for entry in open_store(folder).log()]
-
-
-def wait(happened: Callable[[], Any], what: str, process: subprocess.Popen[bytes] | None = None) -> None:
-    """Wait until something has happened; fail if it takes too long or the process ends before."""
-    end = time.monotonic() + PATIENCE
-    while not happened():
-        assert time.monotonic() < end, f"waited too long for {what}"
-        assert process is None or process.poll() is None, f"ended before {what}: {process.returncode}"
-        time.sleep(0.02)
 
 
 def heeding() -> None:
@@ -227,9 +215,8 @@ def test_a_cluster_whose_parts_are_killed_stopped_and_restarted(whole: dict[str,
             wait(lambda: len(logged(store)) >= there + 2, "chunks of both workers", client)
             client.kill()
         # Chunks that are under way are finished even so.
-        time.sleep(2.0)
-        done = logged(store)
-        assert len(done) < CHUNKS
+        settled(where)
+        assert len(logged(store)) < CHUNKS
         with started(*command, folder=tmp_path, name="again") as again:
             assert again.wait(PATIENCE) == 0, (tmp_path / "again.txt").read_text()
         assert three.poll() is None
@@ -237,6 +224,16 @@ def test_a_cluster_whose_parts_are_killed_stopped_and_restarted(whole: dict[str,
     assert processes <= {one.pid, two.pid, three.pid}
     assert two.pid in processes
     check_finished(store, whole)
+
+
+def settled(where: str) -> None:
+    """Wait until a scheduler has forgotten the tasks of commands that are gone, and its workers are idle."""
+    import distributed
+
+    with distributed.Client(where, set_as_default=False) as look:
+        wait(lambda: not look.run_on_scheduler(lambda dask_scheduler: len(dask_scheduler.tasks)), "the scheduler")
+        idle = lambda: not any(look.run(lambda dask_worker: len(dask_worker.active_threads)).values())  # noqa: E731
+        wait(idle, "the workers")
 
 
 def address_in(file: Path) -> str:
@@ -267,7 +264,8 @@ def test_ctrl_c_ends_a_cluster_quietly(tmp_path: Path) -> None:
         wait(lambda: logged(tmp_path / "s.sweep"), "the first chunk", client)
         os.killpg(client.pid, signal.SIGINT)
         assert client.wait(PATIENCE) == 130
-    said = (tmp_path / "client.txt").read_text().splitlines()
+    # On a slow machine the pace is told under way.
+    said = [line for line in (tmp_path / "client.txt").read_text().splitlines() if " a second" not in line]
     assert len(said) == 1, said
     assert "interrupted; what is done is kept" in said[0]
     assert len(logged(tmp_path / "s.sweep")) < CHUNKS
@@ -279,8 +277,12 @@ def check_wait_is_told(folder: Path) -> None:
 
     told: list[str] = []
     with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp", dashboard_address=None) as cluster:
-        hire = threading.Timer(4.0 * sweep_cluster.PATIENCE, cluster.scale, (1,))
-        hire.start()
+
+        def heard(now: Progress) -> None:
+            if now.waiting and not any(told):
+                cluster.scale(1)
+            told.append(now.waiting)
+
         text = scenario() + '[sweep.over]\n"load.thrust" = [1.0, 2.0]\n'
         where = cluster.scheduler_address
         found = pl.sweep(
@@ -288,9 +290,8 @@ def check_wait_is_told(folder: Path) -> None:
             store=folder / "s.sweep",
             engine="dask",
             scheduler=where,
-            progress=lambda now: told.append(now.waiting),
+            progress=heard,
         )
-        hire.join()
     assert found.complete
     assert f"workers at {where}" in told, told
     assert (told[0], told[-1]) == ("", "")

@@ -18,10 +18,8 @@ from plastica.study.sweep_create import create
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_store import PLAN
 from tests.commandline import call, scenario, written
+from tests.patience import PATIENCE, wait
 from tests.swept import plan
-
-PATIENCE = 120.0
-"""Seconds in which the other process must have got to where it waits, on a machine that is busy."""
 
 SWEPT = {"load.thrust": [1.0, 2.0]}
 MAKING = """
@@ -29,6 +27,7 @@ import sys, time
 from pathlib import Path
 from plastica.study import sweep_create
 from tests.swept import plan
+from tests.patience import PATIENCE
 sound = sweep_create._fill_results
 def slow(path, plan):
     sound(path, plan)
@@ -47,12 +46,8 @@ def making(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
     path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     process = subprocess.Popen([sys.executable, "-c", MAKING], cwd=folder, env={**os.environ, "PYTHONPATH": path})
     try:
-        end = time.monotonic() + PATIENCE
-        while not (found := list(folder.glob(".s.sweep.*/results.zarr/half"))):
-            assert process.poll() is None, "the other process ended"
-            assert time.monotonic() < end, "waited too long for the other process"
-            time.sleep(0.02)
-        yield process, found[0].parents[1]
+        wait(lambda: list(folder.glob(".s.sweep.*/results.zarr/half")), "the other process", process)
+        yield process, next(folder.glob(".s.sweep.*/results.zarr/half")).parents[1]
     finally:
         process.kill()
         process.wait()
@@ -157,7 +152,7 @@ def _cut(*_: object, **__: object) -> None:
 
 
 def test_where_files_cannot_be_locked_only_age_tells(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweep_aside, "_lock", lambda mark, *, wait: None)
+    monkeypatch.setattr(sweep_aside, "take_lock", lambda mark, *, wait: None)
     for name in ("recent_1", "rested_1"):
         (tmp_path / f".s.sweep.{name}").mkdir()
         (tmp_path / f".s.sweep.{name}" / PLAN).write_text(sweep_aside._being_made(), encoding="utf-8")

@@ -19,6 +19,7 @@ from plastica.errors import FileError
 from plastica.study.sweep import compute_missing
 from plastica.study.sweep_store import Store, digest_of, open_store
 from tests.commandline import call, scenario
+from tests.patience import PATIENCE
 
 OVER = {"load.thrust": {"from": 0.5, "to": 4.0, "count": 12}}
 CHUNK = 3
@@ -172,7 +173,7 @@ def test_nothing_is_said_of_a_chunk_that_is_none(whole: pl.Sweep, tmp_path: Path
     found = copied(whole, tmp_path)
     _overwrite("status/c/0", "status/c/2")(found.results)
     command = [sys.executable, "-m", "plastica", "sweep", str(found.path), "--status", "--json"]
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert answer.stderr == ""
     assert json.loads(answer.stdout)["status"] == {"done": 6, "pending": 6}
 

@@ -238,7 +238,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "the seal written first": lambda patch: patch.setattr(Store, "write", seal_first),
     "the status written first": lambda patch: patch.setattr(Store, "write", status_first),
     "leftovers that stay": replacing(sweep_create, "remove_leftovers", lambda _: lambda target: None),
-    "a lock that nobody heeds": replacing(sweep_aside, "_lock", lambda _: lambda mark, *, wait: True),
+    "a lock that nobody heeds": replacing(sweep_aside, "take_lock", lambda _: lambda mark, *, wait: True),
     "any age is enough": lambda patch: patch.setattr(sweep_aside, "LONG", -1.0),
     "any name is ours": replacing(sweep_aside, "re", lambda _: re_without_limits()),
     "a dead worker's chunk given to nobody": replacing(sweep_engines._Crew, "_mourn", no_chunk_given_back),

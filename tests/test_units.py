@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from fractions import Fraction
 
 import pytest
@@ -12,6 +11,7 @@ from hypothesis import strategies as st
 
 from plastica import units
 from plastica.errors import ArgumentError
+from tests.patience import calls
 
 EXACT = {
     "250 mm": (0.25, "m"),
@@ -66,11 +66,13 @@ def test_wrong_dimension_is_refused() -> None:
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_anything_else_is_refused_at_once(text: str) -> None:
-    units.dimension_of("inch")  # pint is loaded before the clock starts
-    start = time.process_time()
-    with pytest.raises(ArgumentError, match=r"`length` must"):
-        units.quantity(text, "m", where="length", bare=False)
-    assert time.process_time() - start < 0.1
+    units.dimension_of("inch")  # pint is loaded before the count starts
+
+    def refused() -> None:
+        with pytest.raises(ArgumentError, match=r"`length` must"):
+            units.quantity(text, "m", where="length", bare=False)
+
+    assert calls(refused) < 10_000
 
 
 @pytest.mark.parametrize("value", [5, 5.0, "5", " -5e0 "])

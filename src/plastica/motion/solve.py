@@ -33,6 +33,7 @@ __all__ = ["Progress", "Until", "solve"]
 Array = NDArray[np.float64]
 
 MOST_STEPS = 200_000
+TOLD_EVERY = 0.1  # seconds between two words on the progress of a run
 
 STEP_SHARE = 0.25
 """Share of the tolerance that one step may spend: rods that creep through a bottleneck amplify what they are given. It
@@ -230,7 +231,7 @@ def _run(
                     checkpoint.keep(leg)
                 kept.add(leg)
                 now = clock.perf_counter()
-                if progress is not None and now - said > 0.1:
+                if progress is not None and now - said > TOLD_EVERY:
                     said = now
                     end = leg.history.end * scale
                     progress(Progress(end, until, kept.steps, any(leg.moving_next), now - began))
