@@ -265,6 +265,19 @@ def test_without_a_mark_only_what_is_old_goes(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {".run.abcdefg2.nc", "run.nc"}
 
 
+def test_what_another_machine_writes_stays_for_a_day(tmp_path: Path) -> None:
+    """Its lock may not be told here."""
+    half, mark = tmp_path / ".run.abcdefg1.nc", tmp_path / ".run.abcdefg1.nc.writing"
+    half.write_text("half")
+    mark.write_text("being written on another\n")
+    write_whole(tmp_path / "run.nc", lambda aside: aside.write_text("whole"))
+    assert half.is_file()
+    for path in (half, mark):
+        os.utime(path, (1.0, 1.0))
+    write_whole(tmp_path / "run.nc", lambda aside: aside.write_text("whole"))
+    assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
+
+
 def test_where_files_cannot_be_locked_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from plastica import locks
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import weakref
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,8 @@ import pytest
 import plastica as pl
 from plastica.errors import ArgumentError, StorageError
 from plastica.motion import checkpoint, retention
+from plastica.motion.history import History
+from plastica.motion.integrate import Leg
 from tests.support import pair
 
 TIMES = [0.0, 1.0, 2.5, 7.0, 11.0]
@@ -148,6 +152,28 @@ def test_a_full_disk_is_told_when_states_go_there(tmp_path: Path, monkeypatch: p
     with pytest.raises(StorageError, match="No space left"):
         pl.solve(swinging(6), 0.3, until=12.0, rtol=1e-6, checkpoint=tmp_path / "c")
     assert list((tmp_path / "c").glob(checkpoint.PATTERN))
+
+
+def check_states_are_let_go(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Of legs that are kept on the disk, or in part, the states do not stay in memory."""
+    patch.setattr(retention, "WHOLE", 0)
+    strut = pl.Strut(pair("A"), pl.Load(thrust=1.0), pl.Grid(nodes=6))
+    for times in (None, np.array([0.5, 1.5])):
+        with closing(retention.Retention(strut, times, folder)) as kept:
+            states = []
+            for start in range(5):
+                t = np.linspace(start, start + 1.0, 20)
+                y = np.sin(t[:, None] + np.arange(strut.layout.size))
+                kept.add(Leg(History(t, y, np.array([0, 10, 20])), "full", (True,), (True,), "", 0, 0))
+                states.append(weakref.ref(y))
+                del y
+            assert [state() is None for state in states] == 5 * [True]
+            assert kept.history().end == 5.0
+            assert kept.steps == 10
+
+
+def test_states_are_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_states_are_let_go(tmp_path, monkeypatch)
 
 
 def test_what_waits_for_the_checkpoint_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,7 @@ CHECKS: dict[str, Check] = {
     "words never steer": lambda folder, _, whole: test_bounds_of_files.check_words(whole, folder),
     "nothing of a long run's result changes": lambda _, patch, __: test_retention.check_nothing_changes(patch),
     "large states on the disk": lambda folder, patch, _: test_retention.check_on_disk(folder / "c", patch),
+    "states are let go": lambda folder, patch, _: test_retention.check_states_are_let_go(folder, patch),
     "memory does not grow with steps": lambda _, patch, __: test_retention.check_growth(patch),
     "values elsewhere": lambda folder, patch, whole: test_bounds_of_files.check_bomb(
         test_bounds_of_files.device, whole, folder, patch
@@ -131,6 +133,11 @@ def twice(whole: Any) -> Any:
     return lambda self, leg: (whole(self, leg), whole(self, leg))[1]
 
 
+def held_on_to(whole: Any) -> Any:
+    """The states that lie on the disk stay in memory as well."""
+    return lambda self, leg: replace(whole(self, leg), history=leg.history)
+
+
 def nothing(_: Any) -> Any:
     """Left out."""
     return lambda *_, **__: None
@@ -161,6 +168,7 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
         "quarter turns are let go",
         replacing(retention, "needed_steps", without_turns),
     ),
+    ("states are let go", "held", replacing(retention.Retention, "_on_disk", held_on_to)),
     ("large states on the disk", "each leg twice", replacing(retention.Retention, "_on_disk", twice)),
     (
         "memory does not grow with steps",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import platform
 import re
 import tempfile
 import time
@@ -191,6 +192,7 @@ def _marked(target: Path) -> tuple[int, Path]:
             raise OSError(errno.EINVAL, str(error)) from None
         # Another process may have taken the mark for one that is left over before it was locked.
         if take_lock(descriptor) is not False and is_at(descriptor, Path(name)):
+            os.write(descriptor, _here())
             return descriptor, Path(name)
         os.close(descriptor)
 
@@ -217,13 +219,20 @@ def _remove_if_left(aside: Path, mark: Path) -> None:
         if _rested(aside):
             _forget(aside)
         return
+    # Not every file system tells a lock to other machines: of theirs only what has rested is taken for left behind.
     free = take_lock(descriptor)
-    if free or (free is None and _rested(mark) and (not aside.exists() or _rested(aside))):
+    ours = bool(free) and os.read(descriptor, 1000) == _here()
+    if ours or (free is not False and _rested(mark) and (not aside.exists() or _rested(aside))):
         _forget(aside)
         # The mark goes last, so that a removal that is killed can be taken up as well.
         give_up(descriptor, mark)
     else:
         os.close(descriptor)
+
+
+def _here() -> bytes:
+    """What a mark says once it is locked: the machine."""
+    return f"being written on {platform.node()}\n".encode()
 
 
 def _rested(path: Path) -> bool:

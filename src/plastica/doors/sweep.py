@@ -215,10 +215,9 @@ def _told(
 def _pictures(found: Sweep, picture: Path | None) -> list[Path]:
     if picture is None:
         return []
-    from plastica.show.plots import plot
+    from plastica.show.save import save_picture
 
-    plot(found).savefig(picture)
-    return [picture]
+    return [save_picture(found, picture)]
 
 
 def _reports(found: Sweep, count: int) -> list[Path]:

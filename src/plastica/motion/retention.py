@@ -109,7 +109,9 @@ class Retention:
                 self._file.flush()
         except OSError as error:
             raise unusable(self.folder, "written", error) from None
-        return replace(leg, history=replace(history, y=np.broadcast_to(history.y[-1], history.y.shape)))
+        # A copy: a view of the last state would hold all of them.
+        last = history.y[-1].copy()
+        return replace(leg, history=replace(history, y=np.broadcast_to(last, history.y.shape)))
 
 
 def needed_steps(history: History, times: Array, model: Model) -> NDArray[np.bool_]:
