@@ -192,7 +192,11 @@ def _marked(target: Path) -> tuple[int, Path]:
             raise OSError(errno.EINVAL, str(error)) from None
         # Another process may have taken the mark for one that is left over before it was locked.
         if take_lock(descriptor) is not False and is_at(descriptor, Path(name)):
-            os.write(descriptor, _here())
+            try:
+                os.write(descriptor, _here())
+            except OSError:
+                give_up(descriptor, Path(name))
+                raise
             return descriptor, Path(name)
         os.close(descriptor)
 
