@@ -186,6 +186,15 @@ def test_want_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert call("run", file, "--output", tmp_path / "out", "--resume").code == 0
 
 
+def test_pages_of_a_sweep_for_which_there_is_no_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = written(tmp_path, scenario() + '[sweep.over]\n"load.thrust" = [1.0, 2.0]\n')
+    monkeypatch.setattr("plastica.show.report.page", lambda *_, **__: "a page")
+    monkeypatch.setattr("plastica.show.report.write_whole", failing(StorageError("cannot be written: full")))
+    answer = call("sweep", file, "--store", "s", "--workers", "0", "--reports", "1", folder=tmp_path)
+    assert answer.code == 1
+    assert "cannot be written: full" in answer.err
+
+
 # -- settled on the disk ----------------------------------------------------------------------------------------------
 
 

@@ -224,7 +224,7 @@ def _reports(found: Sweep, count: int) -> list[Path]:
     """Pages of the members most worth a look, in the folder of the sweep; those that were refused have none."""
     if not count:
         return []
-    from plastica.errors import PlasticaError
+    from plastica.errors import PlasticaError, StorageError
     from plastica.show.report import report
 
     folder, written = found.path / REPORTS, []
@@ -232,6 +232,8 @@ def _reports(found: Sweep, count: int) -> list[Path]:
     for each in found.interesting(count):
         try:
             written.append(report(found.solve(each.member), folder / f"member-{each.member}.html"))
+        except StorageError:
+            raise
         except PlasticaError as error:
             say(f"member {each.member}: {error}")
     return written
