@@ -51,6 +51,7 @@ def test_complement(grid: pl.Grid) -> None:
 
 
 @pytest.mark.parametrize("grid", GRIDS, ids=str)
+@pytest.mark.paper("2.1, 2.2")
 def test_exact_for_polynomials(grid: pl.Grid) -> None:
     check_exact(grid)
 

@@ -72,6 +72,7 @@ def check_phase(gamma: float, alpha: float, until: float) -> None:
 
 
 @pytest.mark.parametrize(("gamma", "alpha", "until"), [(1.0, 0.8, 60.0), (1.6, 1.3, 90.0), (5.0, 4.0, 40.0)])
+@pytest.mark.paper("Proposition 3.3 (2), 3.74, 3.75")
 def test_asymptotic_phase(gamma: float, alpha: float, until: float) -> None:
     check_phase(gamma, alpha, until)
 
@@ -116,5 +117,6 @@ def check_projection(gamma: float, alpha: float) -> None:
 
 
 @pytest.mark.parametrize(("gamma", "alpha"), POINTS)
+@pytest.mark.paper("3.81, 3.82")
 def test_projection(gamma: float, alpha: float) -> None:
     check_projection(gamma, alpha)

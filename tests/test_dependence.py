@@ -43,12 +43,14 @@ def check_growth(strut: pl.Strut, shape: str, natural: float, change: float) -> 
 
 
 @pytest.mark.parametrize("case", reference(), ids=label)
+@pytest.mark.paper("3.49–3.51")
 def test_bounds_of_reference_motions(case: dict[str, object]) -> None:
     check_bounds(solution_of(case))
 
 
 @given(struts(), shapes(), st.floats(-1.0, 1.0))
 @settings(deadline=None, max_examples=40, derandomize=True)
+@pytest.mark.paper("Theorem 3.1, 3.37–3.40")
 def test_bounds_of_any_motion(strut: pl.Strut, shape: str, natural: float) -> None:
     check_bounds(pl.solve(strut, shape, natural, until=15.0))
 
@@ -61,6 +63,7 @@ def test_bounds_under_varying_thrust(strut: pl.Strut, shape: str) -> None:
 
 @given(struts(), shapes(), st.floats(-0.5, 0.5), st.sampled_from([1e-3, 0.1, 1.0]))
 @settings(deadline=None, max_examples=30, derandomize=True)
+@pytest.mark.paper("Theorem 3.1, 3.37–3.40")
 def test_growth_of_any_pair(strut: pl.Strut, shape: str, natural: float, change: float) -> None:
     check_growth(strut, shape, natural, change)
 

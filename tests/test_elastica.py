@@ -134,6 +134,7 @@ def test_the_exact_formulas_agree_with_the_reference() -> None:
 
 
 @pytest.mark.parametrize("case", cases(), ids=case_name)
+@pytest.mark.paper("3.55")
 def test_reference(case: dict[str, Any]) -> None:
     check_reference(case)
     check_accuracy(float(case["gamma"]), float(case["alpha"]))

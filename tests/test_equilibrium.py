@@ -63,6 +63,7 @@ def check_verdict() -> None:
 
 @given(materials(), st.floats(0.0, 20.0), st.floats(-10.0, 10.0))
 @settings(deadline=None, max_examples=60, derandomize=True)
+@pytest.mark.paper("3.52–3.54")
 def test_equilibria_are_equilibria(material: pl.Material, gamma: float, alpha: float) -> None:
     check_equilibrium(pl.equilibrium(material, gamma, alpha))
 

@@ -23,6 +23,7 @@ def check_motion(case: dict[str, Any], rtol: float, ceiling: float, **options: A
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.paper("1.3", "3.13–3.16")
 def test_tight(case: dict[str, Any]) -> None:
     check_motion(case, 1e-11, 1e-9)
 

@@ -65,6 +65,7 @@ def test_reference_motions(case: dict[str, object]) -> None:
 
 @given(struts(), shapes())
 @settings(deadline=None, max_examples=40, derandomize=True)
+@pytest.mark.paper("1.2", "3.41–3.48", "4.1–4.4")
 def test_any_constant_thrust(strut: pl.Strut, shape: str) -> None:
     sol = pl.solve(strut, shape, 0.0, until=20.0, rtol=RTOL)
     assert sol.status.ok
@@ -98,6 +99,7 @@ def _material() -> pl.Material:
 
 @given(materials(), shapes())
 @settings(deadline=None, max_examples=30, derandomize=True)
+@pytest.mark.paper("2.16, 2.17")
 def test_balance_of_rates_is_exact(material: pl.Material, shape: str) -> None:
     """The semi-discrete rod obeys dE/dt + dissipation = power to rounding, not only in the limit of many nodes."""
     check_balance_of_rates(material, shape)
@@ -124,10 +126,12 @@ def check_balance_of_rates(material: pl.Material, shape: str) -> None:
 
 @given(struts(), shapes())
 @settings(deadline=None, max_examples=25, derandomize=True)
+@pytest.mark.paper("3.17–3.21")
 def test_kernel_is_the_readable_rate(strut: pl.Strut, shape: str) -> None:
     check_kernel(strut, shape)
 
 
+@pytest.mark.paper("3.22–3.24")
 def test_kernel_under_loads_that_vary() -> None:
     load = pl.Load(thrust="2 + sin(t)", transverse="0.3*cos(t)", couple="0.1*t", weight=([0.0, 4.0], [0.0, 1.0]))
     check_kernel(pl.Strut(_material(), load, pl.Grid(nodes=12)), "cos(2*s)")
@@ -154,6 +158,7 @@ def check_kernel(strut: pl.Strut, shape: str) -> None:
     assert np.abs(jacobian @ direction - differences).max() <= 1e-7 * max(size, 1.0)
 
 
+@pytest.mark.paper("2.21, 2.22")
 def test_a_rod_below_its_threshold_keeps_its_natural_curvature_to_the_bit() -> None:
     sol = pl.solve(pl.Strut(_material(), pl.Load(thrust=1.0)), 0.05, 0.01, until=200.0)
     assert sol.outcome.memory == "springs back"

@@ -40,6 +40,7 @@ def check_end(limit: pl.Limit, case: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("index", range(len(CASES)), ids=[label(case) for case in reference()])
+@pytest.mark.paper("Lemma 4.3, 4.14–4.21", "Theorem 4.5, 4.22")
 def test_reference_limits(index: int) -> None:
     limit = run(index).limit
     assert limit is not None
@@ -64,6 +65,7 @@ def check_never_wrong(index: int) -> None:
 
 
 @pytest.mark.parametrize("index", range(0, len(CASES), 2))
+@pytest.mark.paper("Theorem 4.5, 4.22")
 def test_never_wrong(index: int) -> None:
     check_never_wrong(index)
 
@@ -136,6 +138,7 @@ def test_no_shape_is_taken_for_another(start: tuple[float, str, float]) -> None:
     check_no_shape_is_taken_for_another(*start)
 
 
+@pytest.mark.paper("Proposition 3.3 (2), 3.74, 3.75")
 def test_interior_approach_is_exponential_at_the_gap() -> None:
     sol = pl.solve(pl.Strut(pair("A"), pl.Load(thrust=1.0), pl.Grid(nodes=16)), 0.1, 0.02, until=40.0, rtol=1e-11)
     limit = sol.limit

@@ -197,6 +197,7 @@ def test_admissible_laws_pass() -> None:
     check_admissible_laws_pass()
 
 
+@pytest.mark.paper("2.11", "2.20")
 def test_inadmissible_laws_are_caught() -> None:
     check_inadmissible_laws_are_caught()
 

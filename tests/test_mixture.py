@@ -21,6 +21,7 @@ Array = Any
 
 @pytest.mark.parametrize("segments", SEGMENTS)
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.paper("2.12, 2.13")
 def test_both_writings_are_the_same_rod(name: str, segments: int) -> None:
     check_mixture(model_of(name, segments))
 
@@ -93,6 +94,7 @@ def check_evolution_of_the_fraction() -> None:
     assert np.array_equal(found, pl.thermodynamics(sol).volume_fraction)
 
 
+@pytest.mark.paper("2.12, 2.13")
 def test_the_law_of_the_fraction_moves_the_same_rod() -> None:
     check_evolution_of_the_fraction()
 

@@ -53,6 +53,7 @@ def check_curves(found: pl.PhaseDiagram, thrusts: tuple[float, ...]) -> None:
 
 
 @pytest.mark.parametrize("name", ["A", "B"])
+@pytest.mark.paper("3.83")
 def test_curves_hold_every_limiting_equilibrium(name: str) -> None:
     found = diagram(name)
     assert found.complete
@@ -104,6 +105,7 @@ def check_paper_question() -> None:
         assert found.folds[0].gamma.min() == euler.gamma
 
 
+@pytest.mark.paper("3.83")
 def test_the_paper_question() -> None:
     check_paper_question()
 

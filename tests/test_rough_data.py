@@ -39,6 +39,7 @@ def check_step(gamma: float) -> None:
 
 @given(materials(), shapes())
 @settings(deadline=None, max_examples=25, derandomize=True)
+@pytest.mark.paper("Lemma 4.2, 4.7–4.12")
 def test_any_material_and_shape(material: pl.Material, shape: str) -> None:
     strut = pl.Strut(material, pl.Load(thrust=4.0), pl.Grid(nodes=20))
     sol = pl.solve(strut, shape, 0.1, until=10.0)

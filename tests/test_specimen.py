@@ -95,6 +95,7 @@ def test_each_scale_has_the_dimension_of_its_unit() -> None:
     check_dimensions()
 
 
+@pytest.mark.paper("3.1–3.4")
 def test_the_dimensionless_groups_are_those_of_the_design() -> None:
     check_groups()
 

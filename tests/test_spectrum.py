@@ -115,6 +115,7 @@ def check_within_bounds(gamma: float, alpha: float) -> None:
 
 
 @pytest.mark.parametrize("case", cases(), ids=name)
+@pytest.mark.paper("Proposition 3.2, 3.63–3.72")
 def test_spectrum(case: dict[str, Any]) -> None:
     check_values(case)
     check_multiplicity(case)
@@ -173,6 +174,7 @@ def check_counts(gamma: Array, alpha: Array) -> None:
     assert np.array_equal(counted, solved)
 
 
+@pytest.mark.paper("3.69")
 def test_the_two_counts_agree() -> None:
     gamma, alpha = plane()
     counted = spectra.unstable_count(gamma, alpha)
@@ -272,15 +274,18 @@ def test_real_spectrum(gamma: float, alpha: float) -> None:
 
 
 @pytest.mark.parametrize(("gamma", "alpha"), POINTS)
+@pytest.mark.paper("Proposition 3.2, 3.63–3.72", "Proposition 3.3 (1), 3.73, 3.76–3.80")
 def test_kernel(gamma: float, alpha: float) -> None:
     check_kernel(gamma, alpha)
 
 
+@pytest.mark.paper("Proposition 3.2, 3.63–3.72")
 def test_jordan_block() -> None:
     check_jordan_block()
 
 
 @pytest.mark.parametrize("fold", reference()["folds"], ids=name)
+@pytest.mark.paper("Theorem 4.4")
 def test_folds_of_the_reference(fold: dict[str, Any]) -> None:
     found = pl.spectrum(at(fold))
     assert abs(found.kernel.natural) <= 1e-12

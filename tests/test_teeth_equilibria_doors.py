@@ -113,11 +113,16 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("command spectrum", "the straight rod instead", _changed(held.Held, "clamp_curvature", lambda _: lambda *a: 0.0)),
     ("command capacity", "SI not scaled", _changed(facts, "_thrust", _largest_last)),
     ("page on the paper", "a test that is not there", lambda patch: patch.setattr(paper, "PAGE", _renamed())),
+    ("page on the paper", "a test of something else", lambda patch: patch.setattr(paper, "PAGE", _mistaken())),
 ]
 
 
 def _renamed() -> str:
     return paper.PAGE.replace("test_reference_limits", "test_no_such_thing")
+
+
+def _mistaken() -> str:
+    return paper.PAGE.replace("test_paper_4.test_semiflow", "test_store.test_an_interrupt_keeps_what_is_finished")
 
 
 @pytest.mark.parametrize(("claim", "defect", "spoil"), TEETH, ids=[f"{claim}-{defect}" for claim, defect, _ in TEETH])

@@ -100,6 +100,7 @@ def check_totals(model: Model) -> None:
 
 @pytest.mark.parametrize("segments", SEGMENTS)
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.paper("2.14")
 def test_the_balance_holds_at_every_node(name: str, segments: int) -> None:
     check_pointwise(model_of(name, segments))
 
@@ -165,6 +166,7 @@ def motion(name: str, segments: int = 1, rtol: float = 1e-8) -> pl.Solution:
 
 
 @pytest.mark.parametrize(("name", "segments"), [("strut", 1), ("strut", 3), ("rod", 1), ("rod", 3)])
+@pytest.mark.paper("2.14")
 def test_balance_along_a_motion(name: str, segments: int) -> None:
     sol = motion(name, segments)
     assert sol.status.ok
@@ -260,6 +262,7 @@ def check_falls_somewhere() -> None:
     assert float(final[sol.grid.s < 0.78].min()) > 0.0 > float(final[sol.grid.s > 0.81].max())
 
 
+@pytest.mark.paper("2.15")
 def test_entropy_falls_somewhere_but_never_in_all() -> None:
     check_falls_somewhere()
 
@@ -277,5 +280,6 @@ def check_segments_mend_it() -> None:
     assert float(pl.thermodynamics(bowed(16)).entropy_rate.min()) >= -64.0 * EPS
 
 
+@pytest.mark.paper("2.15")
 def test_with_a_natural_curvature_of_its_own_everywhere_entropy_falls_nowhere() -> None:
     check_segments_mend_it()
