@@ -252,3 +252,28 @@ STARTS = [(2.665, 0.162, -1.377, "A", 0.112), (2.0, 0.05, -1.2, "B", 1.0)]
 @pytest.mark.parametrize("start", STARTS)
 def test_a_start_not_yet_forgotten(start: tuple[float, float, float, str, float]) -> None:
     check_a_start_not_yet_forgotten(*start)
+
+
+@cache
+def faint(until: float) -> pl.Solution:
+    """A motion whose excess falls like t^-2: below what rtol can tell at 10^3, and to rounding at 10^7."""
+    material = pl.Material("m**2/2", "20*pos(x)**1.5", "0.1")
+    return pl.solve(pl.Strut(material, pl.Load(thrust=2.0), pl.Grid(16)), 0.3, 0.3, until=until)
+
+
+def check_an_excess_below_the_tolerance(until: float) -> None:
+    """Kind, end, rate and events of the limit stay what they were when the excess was still to be seen."""
+    sol, early = faint(until), faint(1e3)
+    assert early.limit is not None
+    assert sol.limit is not None
+    assert sol.limit.kind == early.limit.kind == "limiting"
+    assert abs(sol.limit.equilibrium.alpha - early.limit.equilibrium.alpha) <= sol.rtol
+    assert abs(sol.limit.rate - early.limit.rate) <= 1e-6 * early.limit.rate
+    assert [event.kind for event in sol.events] == ["onset", "arrest", "onset", "quarter_turn"]
+    assert 0.0 <= sol.limit.excess <= early.limit.excess
+    assert np.all(sol.limit.tail([0.0, 1e9]) <= sol.limit.excess)
+
+
+@pytest.mark.parametrize("until", [1e5, 1e6, 1e7])
+def test_an_excess_below_the_tolerance(until: float) -> None:
+    check_an_excess_below_the_tolerance(until)

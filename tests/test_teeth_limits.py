@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from plastica.equilibria import endings, limits
+from plastica.motion import events, yielding
 from tests import test_limits, test_rest
 
 Patch = pytest.MonkeyPatch
@@ -48,6 +49,13 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "the shape of half the thrust": _changed(
         limits, "endings", lambda sound: lambda grid, gamma, *state: sound(grid, 0.999 * gamma, *state)
     ),
+    "every halt of the integration an arrest": _changed(
+        events, "moving_on_legs", lambda sound: lambda solution: (solution.legs[0], solution.legs[1].reshape(-1, 1))
+    ),
+    "no arrest is one": _changed(yielding, "_below", lambda sound: lambda *stretch: False),
+    "a drive that is known exactly": _changed(
+        endings._Members, "blur", lambda sound: lambda self, rtol: 0.0 * self.mu_nat
+    ),
     "a thrust a millionth larger": _jacobian_of_a_longer_rod,
 }
 
@@ -63,6 +71,9 @@ TEETH: list[tuple[Callable[[], None], str]] = [
     (_end_of_case_5, "the rate without the threshold's slope"),
     (lambda: test_limits.check_never_wrong(3), "the other root"),
     (lambda: test_limits.check_never_wrong(3), "the shape of half the thrust"),
+    (lambda: test_limits.check_an_excess_below_the_tolerance(1e6), "every halt of the integration an arrest"),
+    (lambda: test_limits.check_an_excess_below_the_tolerance(1e5), "no arrest is one"),
+    (lambda: test_limits.check_an_excess_below_the_tolerance(1e7), "a drive that is known exactly"),
     (test_rest.check_buckled, "a thrust a millionth larger"),
 ]
 
@@ -71,10 +82,12 @@ TEETH: list[tuple[Callable[[], None], str]] = [
 def test_catches(check: Callable[[], None], defect: str, monkeypatch: pytest.MonkeyPatch) -> None:
     check()
     test_limits.run.cache_clear()
+    test_limits.faint.cache_clear()
     DEFECTS[defect](monkeypatch)
     with pytest.raises(AssertionError):
         check()
     test_limits.run.cache_clear()
+    test_limits.faint.cache_clear()
 
 
 def test_every_defect_has_a_check() -> None:

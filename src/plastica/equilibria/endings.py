@@ -215,11 +215,11 @@ def _sorted_out(found: Endings, some: NDArray[np.intp], members: _Members, shape
     held = attracts | (away <= ROUNDING * np.maximum(1.0, np.abs(mu).max(axis=1)))
     interior = held & (excess + away + coarse <= -blur) & ~yielding
     edge = attracts & ~interior & (np.abs(excess) <= blur) & (away <= BLURRED * blur)
-    switching = ~interior & ~edge & ((excess <= np.where(yielding, away, 0.0)) | (excess <= 0.0))
+    going = held & ~interior & (excess > np.where(yielding, away, np.inf))
     found.why[some] = np.where(held, SWITCHING, LOOSE)
     _put(found, some[interior], INTERIOR, alpha[interior], _some(end, interior), members.gamma[interior])
-    going = held & ~interior & ~edge & ~switching
-    for which, go in ((np.flatnonzero(edge), _arrived), (np.flatnonzero(going), _follow)):
+    for those, go in ((going, _follow), (edge, _arrived)):
+        which = np.flatnonzero(those & (found.kind[some] == UNDECIDED))
         if which.size:
             side, now = np.where(drive[which] > 0.0, 1.0, -1.0), _some(end, which)
             start = Start(members.gamma[which], alpha[which], now.theta0_slope, side, members.laws.of(which))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from plastica.motion.itinerary import landing_points
 from plastica.motion.record import Event
+from plastica.motion.yielding import moving_on_legs
 
 if TYPE_CHECKING:
     from plastica.motion.solution import Solution
@@ -23,7 +24,8 @@ Array = NDArray[np.float64]
 def events(solution: Solution) -> tuple[Event, ...]:
     """Return onsets and arrests of yielding, knots of the loads and quarter turns of the tip, in order of time.
 
-    Onset and arrest are the switches at which the integrator landed; a quarter turn, the passage of the tip angle
+    Onset and arrest are the switches at which the integrator landed, but for arrests after which the drive stays within
+    the tolerance of the run below the threshold; a quarter turn, the passage of the tip angle
     through +-pi/2, is located on the history to rounding.
     """
     found = [*_yielding(solution), *_loads(solution), *_quarter_turns(solution)]
@@ -52,10 +54,10 @@ def moments(solution: Solution) -> Array:
 
 def _yielding(solution: Solution) -> list[Event]:
     history = solution.history
-    starts, moving = solution.legs
+    starts, moving = moving_on_legs(solution)
     out = []
     ends = np.append(starts[1:], history.end)
-    for segment, flags in enumerate(moving.reshape(starts.size + 1, -1).T):
+    for segment, flags in enumerate(moving.T):
         if flags[0]:
             out.append(_switch(solution, starts[0], segment, onset=True, sentence="yields from the start"))
         for before, after, t in zip(flags[:-1], flags[1:], ends, strict=True):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from plastica.motion.dataset import VARIABLES, natural_shape
 from plastica.motion.events import moments
+from plastica.motion.yielding import moving_on_legs
 from plastica.physics.ledger import rates
 from plastica.show.axes import DIMENSIONLESS, Quantity, TimeAxis, axis_unit
 
@@ -159,14 +160,12 @@ def view(solution: Solution) -> View:
 
 def yielding(solution: Solution) -> list[tuple[float, float]]:
     """Return the intervals (user's units) in which a natural curvature moves, from the legs of the integration."""
-    starts, moving = solution.legs
-    return _spans(solution, np.asarray(moving.reshape(starts.size + 1, -1).any(axis=1)))
+    return _spans(solution, np.asarray(moving_on_legs(solution)[1].any(axis=1)))
 
 
 def yielding_by_segment(solution: Solution) -> list[list[tuple[float, float]]]:
     """Return for each segment the intervals (user's units) in which its natural curvature moves."""
-    starts, moving = solution.legs
-    return [_spans(solution, column) for column in moving.reshape(starts.size + 1, -1).T]
+    return [_spans(solution, column) for column in moving_on_legs(solution)[1].T]
 
 
 def _spans(solution: Solution, moving: NDArray[np.bool_]) -> list[tuple[float, float]]:
