@@ -57,6 +57,32 @@ def test_couple_over_curvature_encloses_the_same_along_the_rod(name: str) -> Non
     check_area(name, bent)
 
 
+def check_rows(name: str) -> None:
+    """Where no times are asked for, straight lines between the rows enclose the work to the tolerance."""
+    solution = run(name)
+    grid, length, ledger = solution.grid, solution.model.scales.length, solution.ledger
+    found = pl.force_displacement(solution)
+    area = sum(float(np.trapezoid(found[load], found[way])) for load, way in CONJUGATE.items() if load in found)
+    few = 20.0 * solution.rtol * ledger.largest_energy
+    assert abs(area - ledger.work) <= few
+    moments = pl.moment_curvature(solution, grid.s * length)
+    areas = np.trapezoid(moments["couple"].values, moments["curvature"].values, axis=0)
+    assert abs(float(areas @ grid.w) * length - (ledger.work - ledger.kinetic_energy)) <= few
+    for table in (found, moments):
+        assert np.isin(solution.dataset["t"].values, table["t"].values).all()
+        assert table["t"].size <= 100_000
+
+
+@pytest.mark.parametrize("name", ["strut", "rod", "let go", "pieces"])
+def test_the_rows_by_themselves_enclose_the_work(name: str) -> None:
+    check_rows(name)
+
+
+def test_times_of_the_run_are_the_rows() -> None:
+    solution = pl.solve(pl.Strut(material(), loads(), pl.Grid(nodes=6)), 0.2, until=3.0, times=[0.0, 1.0, 3.0])
+    assert pl.force_displacement(solution)["t"].values.tolist() == [0.0, 1.0, 3.0]
+
+
 def check_ends(name: str) -> None:
     """The contact couple is m1 at the free end and that of the balance of moments at the clamp, at all times."""
     solution = run(name)
@@ -82,7 +108,7 @@ def check_nodes(name: str) -> None:
     solution = run(name)
     data = solution.dataset
     found = pl.moment_curvature(solution, data["s"].values)
-    after = np.append(np.diff(found["t"].values) > 0.0, True)
+    after = np.append(np.diff(found["t"].values) > 0.0, True) & np.isin(found["t"].values, data["t"].values)
     assert np.array_equal(found["t"].values[after], data["t"].values)
     for variable in ("curvature", "couple"):
         size = float(np.abs(data[variable].values).max())
@@ -108,10 +134,11 @@ def check_jump() -> None:
         for found in (forces, moments):
             (rows,) = np.nonzero(np.diff(found["t"].values) == 0.0)
             assert found["t"].values[rows].tolist() == [4.0]
-        row = int(rows[0])
+        row = int(np.flatnonzero(np.diff(forces["t"].values) == 0.0)[0])
         assert forces["transverse"].values[row : row + 2].tolist() == [0.5, 0.0]
         for variable in ("shortening", "deflection", "rotation", "sinking", "thrust"):
             assert np.ptp(forces[variable].values[row : row + 2]) == 0.0
+        row = int(np.flatnonzero(np.diff(moments["t"].values) == 0.0)[0])
         jump = np.diff(moments["couple"].values[row : row + 2, 0])[0]
         cos = np.cos(solution.model.angle(solution.model.layout.mu(solution.history([4.0]))))[0]
         # Without inertia the couple at the clamp loses tau int cos theta at once.

@@ -34,6 +34,7 @@ Check = Callable[[], None]
 
 CHECKS: dict[str, Check] = {
     "loads enclose their work": lambda: test_histories.check_area("strut", test_histories.loaded),
+    "rows enclose the work": lambda: test_histories.check_rows("strut"),
     "couples enclose the same": lambda: test_histories.check_area("rod", test_histories.bent),
     "couple at both ends": lambda: test_histories.check_ends("rod"),
     "history at the nodes": lambda: test_histories.check_nodes("rod"),
@@ -172,6 +173,7 @@ def spoiled_view(name: str, made: Callable[[Any], Any]) -> Callable[[Patch], Non
 
 
 DEFECTS: dict[str, Callable[[Patch], None]] = {
+    "rows of the steps alone": replacing(histories, "_refined", lambda _: lambda solution, course, curves: course),
     "one row at a jump": replacing(histories, "_course", one_row),
     "couple without accelerations": replacing(histories, "_couple", of_loads_alone),
     "a force on the wrong way": replacing(
@@ -205,6 +207,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
 }
 
 TEETH = [
+    ("rows enclose the work", "rows of the steps alone"),
     ("loads enclose their work", "a force on the wrong way"),
     ("couples enclose the same", "couple without accelerations"),
     ("couple at both ends", "couple without accelerations"),
