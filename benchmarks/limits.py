@@ -33,8 +33,8 @@ MATERIAL = pl.Material(
     {"k": 1.0, "b": 0.0, "c": 1.0, "p": 2.0, "h": 1.0, "q": 0.0},
 )
 STRUT = pl.Strut(MATERIAL, pl.Load(thrust=1.0), pl.Grid(NODES))
-ON_THE_WAY = {1.5: 0.75, 2.0: 0.75, 3.0: 0.95}
-"""By exponent of the flow: share of its distance from a limiting end that may be left after four times the time."""
+SLACK = 1.5
+"""How much slower than by the law of approach a member may come nearer to a limiting end; a wrong one stays away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,8 @@ class Drawn:
             ** np.where(rng.random(count) < 0.5, rng.uniform(-1.0, 1.0, count), rng.uniform(-1.0, 6.0, count)),
             "q": rng.choice([0.0, 0.3], count),
         }
+        # With a cube the approach is so slow that only a fast flow shows its end within the time.
+        own["c"] *= np.where(own["p"] == 3.0, 30.0, 1.0)
         return cls(rng.uniform(0.5, 30.0, count), own, mu, rng.uniform(-1.5, 1.5, count))
 
     def told(self, mu: Array, mu_nat: Array) -> Endings:
@@ -99,8 +101,11 @@ def wrong(told: Endings, drawn: Drawn, followed: Followed, mu_nat: Array) -> Arr
     off = np.abs(followed.mu[-1] - shape).max(axis=1) / size
     to_go, before = (np.abs(each - told.mu_nat) for each in followed.mu_nat[:-3:-1])
     left = (followed.mu_nat[-1] != mu_nat) | ~(off <= 1e-3)
-    share = np.array([ON_THE_WAY[float(p)] for p in drawn.own["p"]])
-    astray = ~((to_go <= share * before + 1e-6) & (to_go <= 0.1) & (off <= 0.3))
+    p, c = drawn.own["p"], drawn.own["c"]
+    with np.errstate(all="ignore"):
+        pace = (p - 1.0) * told.rate * c * (LAST - TIMES[-1])
+        law = ((told.rate * before) ** (1.0 - p) + pace) ** (-1.0 / (p - 1.0)) / told.rate
+    astray = ~((to_go <= SLACK * law + 1e-6) & (to_go < before + 1e-9) & (to_go <= 0.1) & (off <= 0.3))
     return np.asarray(((told.kind == INTERIOR) & left) | ((told.kind == LIMITING) & astray))
 
 
@@ -125,12 +130,12 @@ def report(count: int, seed: int = 1) -> tuple[int, float]:
             f"  t = {t:<5g} {kinds}; wrong: {int(mistaken.sum())}; of those that do not yield after t = 1, "
             f"{100 * decided:.1f} % decided; {1e3 * spent:.3f} ms a state {np.flatnonzero(mistaken)[:5]}"
         )
+    print(f"  {int(good.sum()) * len(TIMES)} states, {total} told wrongly (none) {'met' if total == 0 else 'MISSED'}")
     return total, share
 
 
 def main() -> None:
     print(f"limits of random states ({machine()})")
     count = int(sys.argv[2]) if len(sys.argv) > 2 and sys.argv[1] == "limits" else 1100
-    total, share = report(count)
-    print(f"  {count * len(TIMES)} states, {total} told wrongly (none) {'met' if total == 0 else 'MISSED'}")
+    _, share = report(count)
     print(f"  decided by t = 3: {100 * share:.1f} % (at least 90 %) {'met' if share >= 0.9 else 'MISSED'}")

@@ -307,7 +307,7 @@ def test_random_states() -> None:
     check_random_states()
 
 
-PASSING = {65: -0.59543, 72: -1.15253, 138: 1.03413, 315: 1.10385, 398: -0.98164, 432: 1.21850}
+PASSING = {6: -0.86670, 65: -0.59543, 72: -1.15253, 138: 1.03413, 425: -0.39696, 440: -1.14499}
 """Random struts that are yielding, so far from their curves that they pass the first end on these: where they end."""
 
 
