@@ -186,8 +186,8 @@ def test_every_run_can_be_drawn(name: str, figure: str) -> None:
 
 
 def test_a_run_that_stopped_early_says_so() -> None:
-    assert "stopped early" in plots.plot(run("stopped")).get_suptitle()
-    assert "stopped early" not in plots.plot(run("buckles")).get_suptitle()
+    assert "Stopped early" in plots.plot(run("stopped")).get_suptitle()
+    assert "Stopped early" not in plots.plot(run("buckles")).get_suptitle()
 
 
 def test_many_steps_are_thinned_out_and_no_event_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -183,7 +183,7 @@ def no_chunk_given_back(sound: Any) -> Any:
 
 def moved_only(sound: Any) -> Any:
     """What has not moved yet counts as sprung back."""
-    return lambda moved, drive, relaxed, threshold: sound(moved, 0.0 * drive, 0.0 * relaxed, threshold)
+    return lambda **told: sound(**told | {name: 0.0 * told[name] for name in ("let_go", "relaxed")})
 
 
 def spoil_existence(patch: Patch) -> None:
@@ -260,7 +260,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
             lambda made, c, shapes: sound(made, {k: v for k, v in c.items() if k != "initial.amplitude"}, shapes)
         ),
     ),
-    "only what has moved keeps a set": replacing(sweep_batch, "keeps_a_set", moved_only),
+    "only what has moved keeps a set": replacing(sweep_batch, "Rows", moved_only),
     "a random sample for a Latin hypercube": shuffled_shares,
     "any members for neighbours": replacing(
         sweep_interest,

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
@@ -12,8 +15,20 @@ import pytest
 import plastica as pl
 from plastica.equilibria import statics, unloaded
 from plastica.errors import ArgumentError
-from plastica.motion import outcome
+from plastica.motion import outcome, regimes
+from plastica.motion.regimes import rows_of
+from plastica.show import sections
+from plastica.show.report import page
+from plastica.show.subject import Subject
+from plastica.show.words import number
+from plastica.study import sweep_batch, sweep_tasks
+from plastica.study.run import solved
+from plastica.study.sweep_outputs import REGIMES
+from plastica.study.sweep_tasks import compute
+from tests.commandline import scenario
+from tests.reported import Reader
 from tests.rods import NEVER
+from tests.swept import plan, values
 
 SOFT = {"k": 0.05, "c": 5.0, "h": 0.1}
 """Parameters of a rod that keeps much of what it is bent to, and yields again when it is let go in mid-course."""
@@ -144,6 +159,128 @@ def test_shares_are_of_the_threshold_of_the_segment() -> None:
     check_share()
 
 
+SWEPT = {
+    "a weight across": ('weight = 4.0\nweight_angle = "90 deg"', ""),
+    "a weight along": ("weight = 0.5", ""),
+    "a weight that is askew": ('weight = 1.0\nweight_angle = "10 deg"', ""),
+    "nothing else": ("", ""),
+    "segments": ("", "natural_segments = 2"),
+    "a force across": ("transverse = 0.02", ""),
+}
+"""What acts beside the thrust, and more of the grid."""
+
+NAMES = {
+    (False, False): "recovers",
+    (True, False): "buckles",
+    (False, True): "permanent set",
+    (True, True): "buckles with permanent set",
+}
+
+
+def check_one_verdict(name: str) -> None:
+    """A run, a sweep member by member, and a batch come to the same verdict."""
+    load, grid = SWEPT[name]
+    text = scenario(load=f"thrust = 0.1\n{load}", grid=f"nodes = 8\n{grid}", solve="until = 12.0\nrtol = 1e-6")
+    check_members({"load.thrust": [0.0, 0.1, 3.0, 9.0], "initial.curvature": [0.005, 0.3, 2.0]}, text, grid == "")
+
+
+def check_members(over: dict[str, Any], text: str, batched: bool) -> None:
+    made = plan(over, text, outputs=["final", "verdict"])
+    alone = plan({**over, "load.couple": [0.0]}, text, outputs=["final", "verdict"]) if batched else made
+    rows = values(made)
+    told, singly = compute(made, rows), compute(alone, values(alone))
+    assert made.batched is batched
+    for i, row in enumerate(rows):
+        verdict = solved(made.scenario(row)).outcome
+        due = NAMES[verdict.shape == "buckled", verdict.memory == "permanent set"]
+        for each in (told, singly):
+            assert REGIMES[each["regime"][i]] == due, row
+            assert bool(each["yielding"][i]) is not verdict.resting, row
+
+
+@pytest.mark.parametrize("name", SWEPT)
+def test_one_verdict(name: str) -> None:
+    check_one_verdict(name)
+
+
+def check_one_verdict_with_inertia(damping: float) -> None:
+    """With inertia too, before anything has yielded and after."""
+    text = scenario(
+        load="thrust = 0.1",
+        grid="nodes = 4",
+        solve="until = 0.1\nrtol = 1e-4",
+        inertia=f"rotary_inertia = 0.5\ndamping = {damping}",
+        initial="curvature = 0.1\nnatural_curvature = 0.05",
+    )
+    check_members({"initial.curvature": [0.1, 1.0, 2.0], "initial.natural_curvature": [0.05, 0.5]}, text, False)
+
+
+@pytest.mark.parametrize("damping", [1.0, 0.0])
+def test_one_verdict_with_inertia(damping: float) -> None:
+    check_one_verdict_with_inertia(damping)
+
+
+def check_a_weight_across_bends() -> None:
+    """Under a small thrust and a weight across, a rod bends and keeps a set; it has not buckled."""
+    load = pl.Load(thrust=0.1, weight=4.0, weight_angle="90 deg")
+    sol = pl.solve(pl.Strut(pl.catalogue.material("one-shape"), load, pl.Grid(8)), 0.01, until=50.0)
+    assert (sol.outcome.shape, sol.outcome.headline) == ("bent", "Bends and takes a permanent set")
+    assert REGIMES[rows_of(sol).regime[0]] == "permanent set"
+
+
+def test_a_weight_across_bends() -> None:
+    check_a_weight_across_bends()
+
+
+def set_card(sol: pl.Solution) -> dict[str, str]:
+    """The card of the page on what the rod keeps."""
+    cards = sections.verdict(Subject(sol, 0.0)).data["cards"]
+    return next(card for card in cards if card["name"] == "Permanent set of the free end")
+
+
+def check_stopped_early(folder: Path) -> None:
+    """A run that stopped early tells what it had come to, and judges nothing further, on any page or in any file."""
+    strut = pl.Strut(pl.catalogue.material("one-shape"), pl.Load(thrust=3.0), pl.Grid(8))
+    sol = pl.solve(strut, 0.1, until=20.0, max_steps=160)
+    assert sol.status.code == "step_limit"
+    for each in (sol, pl.read(sol.save(folder / "stopped.nc"))):
+        verdict = each.outcome
+        assert (verdict.shape, verdict.memory, verdict.headline) == ("not judged", "not judged", "Stopped early")
+        assert np.isnan([verdict.set_curvature, verdict.set_deflection]).all()
+        assert f"After {each.history.end:.4g} retardation times the free end is" in verdict.sentence
+        assert "so far. Nothing further is judged." in verdict.sentence
+        said = f"{verdict} {each}"
+        for word in ("comes to rest", "permanent set", "returns", "would go", "stays"):
+            assert word not in said, word
+        assert set_card(each)["value"] == "not judged"
+    whole = pl.solve(strut, 0.1, until=20.0)
+    assert (whole.outcome.memory, sol.outcome.resting) == ("permanent set", False)
+    still = pl.solve(pl.Strut(NEVER, pl.Load(thrust=3.0), pl.Grid(8)), 0.1, until=20.0, max_steps=5)
+    assert "the natural curvature has not moved so far" in still.outcome.sentence
+    coarse = pl.solve(strut.with_load(pl.Load(couple=1e4)), until=1.0)
+    assert coarse.outcome.headline == "Not resolved by its grid"
+    assert "nothing further is judged" in coarse.outcome.sentence
+    assert "The computation is not resolved by its grid." in Reader(page(coarse, film_seconds=0.0)).text
+
+
+def test_stopped_early(tmp_path: Path) -> None:
+    check_stopped_early(tmp_path)
+
+
+def check_card() -> None:
+    """The page says by how much the natural curvature has moved, and by how much once the rod is let go."""
+    sol = held(LOADS["transverse"], 3)
+    moved = sol.model.layout.natural(sol.history.y[-1]) - sol.first_natural
+    now = float(sol.model.division.total(moved))
+    assert abs(now - sol.outcome.set_curvature) > 1e-3
+    more = set_card(sol)["more"]
+    assert f"moved by {number(now)}/L; by {number(sol.outcome.set_curvature)}/L once the rod is let go" in more
+
+
+def test_card() -> None:
+    check_card()
+
+
 UNSTABLE = {
     "strut": pl.Strut(NEVER, pl.Load(thrust=6.0), pl.Grid(8)),
     "segments": pl.Strut(NEVER, pl.Load(thrust=6.0), pl.Grid(8), natural_segments=2),
@@ -193,6 +330,27 @@ def transverse() -> pl.Load:
     return LOADS["transverse"]
 
 
+def pushed_anyhow(_loads: Any, thrust: Any) -> Any:
+    return np.asarray(thrust) > 0.0
+
+
+def without_the_way_back(sol: pl.Solution) -> Any:
+    rows = rows_of(sol)
+    return replace(rows, let_go=rows.drive, relaxed=rows.drive)
+
+
+def told_for_the_present(subject: Subject) -> dict[str, str]:
+    moved = subject.write(subject.solution.outcome.set_curvature, "curvature")
+    return {"name": "Permanent set of the free end", "value": "", "more": f"natural curvature moved by {moved}"}
+
+
+SOUND = outcome.outcome
+
+
+def as_if_done(sol: pl.Solution) -> Any:
+    return SOUND(replace(sol, status=pl.Status(True, "done", "Reached the end.")))
+
+
 DEFECTS: dict[str, tuple[Callable[[], None], Any, str, object]] = {
     "let go too gently": (lambda: check_what_is_kept(transverse(), 3), "longtime", "left_without_load", gently),
     "let go in another time": (
@@ -204,7 +362,22 @@ DEFECTS: dict[str, tuple[Callable[[], None], Any, str, object]] = {
     "followed for too short": (lambda: check_what_is_kept(transverse(), 1), "unloaded", "RELAXED", 0.5),
     "another drive": (check_bits, "unloaded", "_drive", lambda laws, mean, m: mean - 1.01 * m),
     "nothing swings": (check_without_damping, "outcome", "ARRIVED", 9.0),
-    "any load bends": (check_names, "outcome", "BENT", 9.0),
+    "any load bends": (check_names, "regimes", "BENT", 9.0),
+    "a weight across is thrust": (check_a_weight_across_bends, "regimes", "thrust_alone", pushed_anyhow),
+    "batches judged by another rule": (
+        lambda: check_one_verdict("a weight across"),
+        "batch",
+        "thrust_alone",
+        pushed_anyhow,
+    ),
+    "the way back is not looked at": (
+        lambda: check_one_verdict_with_inertia(1.0),
+        "tasks",
+        "rows_of",
+        without_the_way_back,
+    ),
+    "a verdict on what stopped": (lambda: check_stopped_early(Path(mkdtemp())), "outcome", "outcome", as_if_done),
+    "the card tells the end for the present": (check_card, "sections", "_set_card", told_for_the_present),
     "every mode is stable": (check_stability, "statics", "EDGE", 1e9),
     "rounding decides": (check_stability, "statics", "EDGE", -1e9),
 }
@@ -216,6 +389,7 @@ def test_defects_are_caught(defect: str, monkeypatch: pytest.MonkeyPatch) -> Non
 
     check, place, name, value = DEFECTS[defect]
     places = {"longtime": longtime, "unloaded": unloaded, "outcome": outcome, "statics": statics}
+    places |= {"regimes": regimes, "batch": sweep_batch, "tasks": sweep_tasks, "sections": sections}
     monkeypatch.setattr(places[place], name, value)
     with pytest.raises(AssertionError):
         check()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.equilibria.following import follow
-from plastica.equilibria.statics import CONVERGED, MOST_STEPS, balanced, downhill, unstable_directions
+from plastica.equilibria.statics import CONVERGED, balanced, unstable_directions
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE, Grid
 from plastica.physics.initial import (
@@ -20,7 +20,6 @@ from plastica.physics.initial import (
     initial_shape,
     nodal_values,
 )
-from plastica.physics.load import Load
 from plastica.physics.model import Model
 from plastica.physics.resolution import too_coarse, turns_unseen
 from plastica.physics.status import Status, on_grid, status
@@ -42,8 +41,6 @@ ALLOWED = 1e-8
 """Error of the free end, in L, that is not spoken of."""
 
 NOT_SHOWN = " It is not shown that the start comes to this one of the static shapes."
-
-RAISED = " It was found by raising the loads from nothing."
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +181,7 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
     The steps are those of the implicit Euler method with a step that grows as fast as the energy and the growth rates
     allow: at first they follow the flow downhill, at the end they are Newton's. Where the start does not certainly come
     to the shape that they find, the motion itself is followed until it does; where that cannot be shown, as next to the
-    border between what comes to two shapes, the status says so. Where nothing is found that the grid resolves, the
-    loads are raised from nothing, and the shape followed; the status then says so.
+    border between what comes to two shapes, the status says so.
 
     Every shape is found again, by Newton's method, on a grid twice as fine; see docs/accuracy.md.
     """
@@ -205,13 +201,8 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
 
 def settle(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
     """Find the static shape downhill from a dimensionless state; see `rest`."""
-    found = _settled(model, mu, mu_nat)
-    return found if found.status.ok else _first_ok(found, lambda: _raised(model, mu_nat))
-
-
-def _first_ok(found: Rest, others: Callable[[], Rest | None]) -> Rest:
-    other = others()
-    return found if other is None or not other.status.ok else other
+    shape, residual, shown = follow(model, mu, mu_nat)
+    return _finished(model, mu_nat, shape, residual, words="" if shown else NOT_SHOWN)
 
 
 def _on_chosen_nodes(model: Model, start: Callable[[Grid], tuple[Model, Array]], mu_nat: float | Array) -> Rest:
@@ -220,42 +211,15 @@ def _on_chosen_nodes(model: Model, start: Callable[[Grid], tuple[Model, Array]],
     starts = [start(grid) for grid in grids if grid.size <= LARGEST_SIZE] or [start(grids[0])]
     tried: list[Rest] = []
     for strut, mu in starts:
-        tried.append(_settled(strut, mu, mu_nat))
+        tried.append(settle(strut, mu, mu_nat))
         if _is_fine(tried[-1]):
             return tried[-1]
-    if not any(found.status.ok for found in tried):
-        for strut, _ in starts[4:]:
-            raised = _raised(strut, mu_nat)
-            if raised is not None:
-                tried.append(raised)
-                if _is_fine(raised):
-                    return raised
     return min(tried, key=lambda found: (not found.status.ok, found.error, -found.model.grid.size))
 
 
 def _is_fine(found: Rest) -> bool:
     small = found.status.ok and found.error <= FINE * found.model.scales.length
     return small and too_coarse(found.model, found.mu[None, :], FINE) is None
-
-
-def _settled(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
-    shape, residual, shown = follow(model, mu, mu_nat)
-    return _finished(model, mu_nat, shape, residual, words="" if shown else NOT_SHOWN)
-
-
-def _raised(model: Model, mu_nat: float | Array) -> Rest | None:
-    """Follow the static shape as the loads are raised from nothing; None where they are small or not finite."""
-    load = {name: float(program(0.0)) for name, program in model.load.items()}
-    forces = [*model.dead_force(0.0), np.array(float(model.loads.couple(0.0)))]
-    largest = max(float(np.abs(force).max()) for force in forces)
-    if not 1.0 < largest < np.inf:
-        return None
-    mu, angle = model.division.spread(mu_nat) + np.zeros(model.grid.size), model.load.weight_angle
-    for share in np.geomspace(1.0 / largest, 1.0, 2 + int(np.log2(largest)))[:-1]:
-        part = {name: float(share) * value for name, value in load.items()}
-        under = model.with_load(Load(**part, weight_angle=angle, allow_tension=True))
-        mu, _ = downhill(under, mu, mu_nat, MOST_STEPS // 10)
-    return _finished(model, mu_nat, *downhill(model, mu, mu_nat, MOST_STEPS // 10), words=RAISED)
 
 
 def _end_error(model: Model, mu: Array, mu_nat: float | Array) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from plastica._version import __version__
 from plastica.errors import safe_text
 from plastica.motion.dataset import natural_shape
+from plastica.motion.regimes import SHAPES, rows_of
 from plastica.physics.bounds import Bounds
 from plastica.physics.ledger import rates
 from plastica.physics.model import Model
@@ -21,17 +22,17 @@ if TYPE_CHECKING:
 
 __all__ = ["REFERENCES", "Outcome", "introduction", "outcome", "provenance", "unjudged"]
 
-STRAIGHT = 0.01
-"""Largest tangent angle (rad) of a rod that counts as straight: about half a degree."""
-
-BENT = 0.1
-"""Tangent angle (rad) beyond which a rod under thrust that has also grown twofold counts as buckled."""
-
 STILL = 1e-15
 """Rate, in 1/(L T), below which rounding hides all motion."""
 
 ARRIVED = 1e-12
 """Distance from the limit, in 1/L, that is no distance in double precision."""
+
+HEADLINES = {"not_resolved": "Not resolved by its grid", "never_settled": "Has not come to rest"}
+STOPPED = "Stopped early"
+"""Of a run that did not do what was asked, by the code of its status."""
+
+NOT_JUDGED = "not judged"
 
 REFERENCES = (
     "K. R. Rajagopal and C. Rodriguez, "
@@ -51,7 +52,8 @@ class Outcome:
     ----------
     shape : str
         "straight" (no tangent angle above 0.01 rad), "buckled" (under thrust, with or without a weight toward the
-        clamp, above 0.1 rad and at least twice the angle it began with), or "bent"; "not judged" where judging failed.
+        clamp, above 0.1 rad and at least twice the angle it began with), or "bent"; "not judged" where judging failed,
+        or where the run did not do what was asked (``status.ok`` is False).
     memory : str
         "springs back" (the natural curvature is, to the last bit, what it was at the very first start, and would stay
         so without load), "permanent set", or "not judged".
@@ -60,16 +62,16 @@ class Outcome:
     resting : bool
         Whether the drive is within its threshold at the end, so that the natural curvature no longer moves.
     headline : str
-        The verdict in a few words.
+        The verdict in a few words; of a run that is not judged, why.
     sentence : str
-        The verdict in one sentence with numbers.
+        The verdict in one sentence with numbers; of a run that stopped early, what it had come to.
     distance : str
         How far the last state is from where it will end, and where that is as far as it can be told.
     set_curvature : float
         Change of the natural curvature, with several segments of its mean along the rod, from the very first start to
-        when the rod, let go, has come to rest; in the user's units.
+        when the rod, let go, has come to rest; in the user's units. Not a number where it is not judged.
     set_deflection : float
-        What that moves the free end's place of rest across the clamp's tangent, in the user's units.
+        What that moves the free end's place of rest across the clamp's tangent, in the user's units; likewise.
     excess : float
         |drive| - threshold at the end, the largest of all segments, in the user's units; positive while the rod yields.
     curvature_rate, natural_rate : float
@@ -95,38 +97,54 @@ def outcome(solution: Solution) -> Outcome:
     """Judge the last state of a solution.
 
     What is kept is found by letting the rod go: it is followed without its loads until it has come to rest, for on the
-    way back it may yield again.
+    way back it may yield again. A run that did not do what was asked is not judged: it is told what it had come to.
     """
     from plastica.motion.longtime import natural_without_load
 
-    strut, scales, layout = solution.model, solution.model.scales, solution.model.layout
-    last, end = solution.history.y[-1], solution.history.end
-    mu, mu_nat = layout.mu(last), layout.natural(last)
-    began, left = solution.first_natural, natural_without_load(solution)
-    mu_t, natural_rate = rates(strut, end, mu, mu_nat, layout.mu_t(last))
-    excess = float((np.abs(strut.drive(mu, mu_nat)) - strut.threshold(mu_nat)).max())
-    kept = bool(np.any(layout.natural(solution.history.y) != began) or np.any(left != began))
-    memory = "permanent set" if kept else "springs back"
-    released = all(program(end) == 0.0 for _, program in strut.loads.items())
-    numbers = {
-        "set_curvature": float(strut.division.total(left - began)) * scales.curvature,
-        "set_deflection": (_rise(strut, left) - _rise(strut, began)) * scales.length,
-        "excess": excess * scales.drive,
-        "curvature_rate": float(np.sqrt(strut.grid.w @ mu_t**2)),
-        "natural_rate": float(np.ravel(natural_rate)[np.abs(natural_rate).argmax()]),
-    }
-    shape = _shape(solution)
+    rows, numbers = rows_of(solution), _numbers(solution)
+    resting = not bool(rows.yielding[0])
+    released = all(program(solution.history.end) == 0.0 for _, program in solution.model.loads.items())
+    if not solution.status.ok:
+        headline = HEADLINES.get(solution.status.code, STOPPED)
+        sentence, distance = f"{headline}. {_reached(solution)}", f"Where it will end is not judged. {_rates(numbers)}"
+        facts = released, resting, headline, sentence, distance, *_set(solution, None)
+        return Outcome(NOT_JUDGED, NOT_JUDGED, *facts, *numbers.values())
+    left = natural_without_load(solution)
+    shape, memory = SHAPES[rows.shape[0]], "permanent set" if rows.kept[0] else "springs back"
     headline = _headline(solution, shape, memory, released)
     return Outcome(
         shape,
         memory,
         released,
-        excess <= 0.0,
+        resting,
         headline,
         _sentence(solution, headline, memory, left),
-        _distance(solution, excess, numbers) + _end(solution),
-        **numbers,
+        _distance(solution, resting, numbers) + _end(solution),
+        *_set(solution, left),
+        *numbers.values(),
     )
+
+
+def _numbers(solution: Solution) -> dict[str, float]:
+    """Excess and rates of the last state, in the order of `Outcome`."""
+    strut, layout, last = solution.model, solution.model.layout, solution.history.y[-1]
+    mu, mu_nat = layout.mu(last), layout.natural(last)
+    mu_t, natural_rate = rates(strut, solution.history.end, mu, mu_nat, layout.mu_t(last))
+    excess = float((np.abs(strut.drive(mu, mu_nat)) - strut.threshold(mu_nat)).max())
+    return {
+        "excess": excess * strut.scales.drive,
+        "curvature_rate": float(np.sqrt(strut.grid.w @ mu_t**2)),
+        "natural_rate": float(np.ravel(natural_rate)[np.abs(natural_rate).argmax()]),
+    }
+
+
+def _set(solution: Solution, left: np.ndarray | None) -> tuple[float, float]:
+    """What the rod keeps, as natural curvature and as deflection, where it is known what it ends with."""
+    if left is None:
+        return float("nan"), float("nan")
+    strut, began = solution.model, solution.first_natural
+    curvature = float(strut.division.total(left - began)) * strut.scales.curvature
+    return curvature, (_rise(strut, left) - _rise(strut, began)) * strut.scales.length
 
 
 def unjudged(error: Exception) -> Outcome:
@@ -135,25 +153,12 @@ def unjudged(error: Exception) -> Outcome:
     sentence = f"The verdict could not be reached ({why}); the motion itself is computed and kept."
     distance = "How far it is from rest could not be told either."
     nan = float("nan")
-    return Outcome("not judged", "not judged", False, False, "Not judged", sentence, distance, nan, nan, nan, nan, nan)
+    return Outcome(NOT_JUDGED, NOT_JUDGED, False, False, "Not judged", sentence, distance, nan, nan, nan, nan, nan)
 
 
 def _rise(model: Model, mu_nat: np.ndarray) -> float:
     """How far off the clamp's axis the free end of the natural configuration is, in L."""
     return float(natural_shape(model, np.asarray(mu_nat), np.array([1.0]))[1].item())
-
-
-def _shape(solution: Solution) -> str:
-    strut = solution.model
-    first, last = solution.history.y[0], solution.history.y[-1]
-    angle = float(strut.largest_angle(strut.layout.mu(last)))
-    if angle <= STRAIGHT:
-        return "straight"
-    loads, end = strut.loads, solution.history.end
-    across = {"transverse", "couple", *(("weight",) if loads.weight_direction[1] else ())}
-    thrust_alone = not across & dict(loads.sources()).keys() and loads.thrust(end) > 0.0
-    began = max(float(strut.largest_angle(strut.layout.mu(first))), float(np.abs(strut.layout.natural(first)).max()))
-    return "buckled" if thrust_alone and angle > BENT and angle > 2.0 * began else "bent"
 
 
 def _headline(solution: Solution, shape: str, memory: str, released: bool) -> str:
@@ -179,21 +184,43 @@ def _show(solution: Solution, value: float, kind: str, unit: str, dimensionless:
     return format_quantity(value, unit)
 
 
-def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) -> str:
-    strut, began = solution.model, solution.first_natural
-    last = solution.history.y[-1]
-
-    off = _rise(strut, left) - _rise(strut, began)
-
-    def curvature(value: float) -> str:
-        return _show(solution, value, "curvature", "1/m", "/L")
-
-    def length(value: float) -> str:
-        return _show(solution, value, "length", "m", "L")
-
+def _where(solution: Solution) -> str:
+    """Where the free end is after which time."""
+    strut = solution.model
     now = _show(solution, solution.history.end, "time", "s", strut.time_unit)
-    tip = length(float(np.sin(strut.angle(strut.layout.mu(last))) @ strut.grid.w))
-    where = f"After {now} the free end is {tip} off the clamp's axis"
+    mu = strut.layout.mu(solution.history.y[-1])
+    tip = _show(solution, float(np.sin(strut.angle(mu)) @ strut.grid.w), "length", "m", "L")
+    return f"After {now} the free end is {tip} off the clamp's axis"
+
+
+def _reached(solution: Solution) -> str:
+    """What a run had come to that is not judged."""
+    if solution.status.code == "not_resolved":
+        return f"{_where(solution)} as computed, which its nodes are too few for: nothing further is judged."
+    began = np.atleast_1d(solution.first_natural)
+    now = np.atleast_1d(solution.model.layout.natural(solution.history.y[-1]))
+    if np.array_equal(began, now):
+        moved = "the natural curvature has not moved so far"
+    else:
+        which, first, last = _farthest(solution, began, now)
+        moved = f"the natural curvature{which} has moved from {_curvature(solution, first)} to "
+        moved += f"{_curvature(solution, last)} so far"
+    return f"{_where(solution)}; {moved}. Nothing further is judged."
+
+
+def _farthest(solution: Solution, began: np.ndarray, end: np.ndarray) -> tuple[str, float, float]:
+    """The segment whose natural curvature moves most, in words where there are several, and from where to where."""
+    farthest = int(np.abs(end - began).argmax())
+    which = f" of segment {farthest + 1}, which moves most," if solution.model.segments > 1 else ""
+    return which, float(began[farthest]), float(end[farthest])
+
+
+def _curvature(solution: Solution, value: float) -> str:
+    return _show(solution, value, "curvature", "1/m", "/L")
+
+
+def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) -> str:
+    strut, began, where = solution.model, solution.first_natural, _where(solution)
     if memory == "springs back":
         ends = "returns to" if strut.damping > 0.0 else "swings about"
         ends = "keeps" if headline == "Stays at rest" else ends
@@ -201,40 +228,41 @@ def _sentence(solution: Solution, headline: str, memory: str, left: np.ndarray) 
             f"{headline}. {where}; the natural curvature has not moved at all, so without load the rod {ends} its "
             "first natural shape."
         )
-    values = np.atleast_1d(began), np.atleast_1d(strut.layout.natural(last)), np.atleast_1d(left)
-    farthest = int(np.abs(values[2] - values[0]).argmax())
-    first, natural, end = (float(each[farthest]) for each in values)
-    which = f" of segment {farthest + 1}, which moves most," if strut.segments > 1 else ""
-    moved = f"the natural curvature{which} has moved from {curvature(first)} to {curvature(natural)}"
+    ends_with, now = np.atleast_1d(left), np.atleast_1d(strut.layout.natural(solution.history.y[-1]))
+    which, first, end = _farthest(solution, np.atleast_1d(began), ends_with)
+    natural = float(now[int(np.abs(ends_with - np.atleast_1d(began)).argmax())])
+    moved = (
+        f"the natural curvature{which} has moved from {_curvature(solution, first)} to {_curvature(solution, natural)}"
+    )
     if abs(end - natural) > 1e-4 * max(1.0, abs(end)):
         going = "creeps on" if all(load(solution.history.end) == 0.0 for _, load in strut.loads.items()) else "would go"
-        moved += f" and {going} to {curvature(end)} without load"
+        moved += f" and {going} to {_curvature(solution, end)} without load"
+    off = _show(solution, _rise(strut, left) - _rise(strut, began), "length", "m", "L")
+    ends = f"comes to rest {off} away from where it did at first"
     if strut.damping == 0.0:
-        return (
-            f"{headline}. {where}; {moved}. Without load the free end swings about a place {length(off)} away from the "
-            "first."
-        )
-    return (
-        f"{headline}. {where}; {moved}. Without load the free end comes to rest {length(off)} away from where it did "
-        "at first."
-    )
+        ends = f"swings about a place {off} away from the first"
+    return f"{headline}. {where}; {moved}. Without load the free end {ends}."
 
 
-def _distance(solution: Solution, excess: float, numbers: dict[str, float]) -> str:
+def _rates(numbers: dict[str, float]) -> str:
+    speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
+    if max(speed, natural) <= STILL:
+        return "Nothing moves any more that double precision could show."
+    return f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
+
+
+def _distance(solution: Solution, resting: bool, numbers: dict[str, float]) -> str:
     strut, last = solution.model, solution.history.y[-1]
-    mu_nat = strut.layout.natural(last)
+    mu_nat, excess = strut.layout.natural(last), numbers["excess"] / strut.scales.drive
     thresholds = np.atleast_1d(strut.threshold(mu_nat))
     nearest = int(np.argmax(np.abs(strut.drive(strut.layout.mu(last), mu_nat)) - thresholds))
     threshold = float(thresholds[nearest])
-    speed, natural = numbers["curvature_rate"], abs(numbers["natural_rate"])
-    rates = "Nothing moves any more that double precision could show."
-    if max(speed, natural) > STILL:
-        rates = f"The curvature still changes at {speed:.1e} and the natural curvature at {natural:.1e}, in 1/(L T)."
+    rates = _rates(numbers)
     amount = _show(solution, abs(excess), "drive", "N*m**2", "EI")
     ratio = abs(excess) / threshold if threshold > 0.0 else float("inf")
     share = f"{ratio:.2g} {'of' if ratio < 1.0 else 'times'} it" if np.isfinite(ratio) else "of no size"
     several = strut.segments > 1
-    if excess <= 0.0:
+    if resting:
         rest = "the rest of the way is visco-elastic" if strut.damping > 0.0 else "the motion is elastic"
         within = f"The drive is within its threshold, by {amount} ({share})"
         if several:

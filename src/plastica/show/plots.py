@@ -369,5 +369,4 @@ def _height(seen: View) -> float:
 
 
 def _title(solution: Solution) -> str:
-    words = solution.outcome.headline
-    return words if solution.status.ok else f"{words} (stopped early: {solution.status.code})"
+    return solution.outcome.headline

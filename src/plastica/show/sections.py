@@ -38,6 +38,7 @@ def verdict(subject: Subject) -> Section:
         "distance": pretty(outcome.distance),
         "ok": solution.status.ok,
         "code": solution.status.code.replace("_", " "),
+        "coarse": solution.status.code == "not_resolved",
         "status": pretty(how_it_ended(solution)),
         "until": subject.write(float(subject.seen.t[-1]), "time"),
         "doubtful": not (solution.status.ok and admissible(solution.model.material)),
@@ -48,7 +49,7 @@ def verdict(subject: Subject) -> Section:
 
 
 def _cards(subject: Subject) -> list[dict[str, str]]:
-    seen, write, outcome, ledger = subject.seen, subject.write, subject.solution.outcome, subject.solution.ledger
+    seen, write, ledger = subject.seen, subject.write, subject.solution.ledger
     angles = seen.values("angle")
     largest = np.maximum(np.abs(angles).max(axis=1), np.abs(seen.values("tip_angle")))
     when = int(np.argmax(largest))
@@ -58,8 +59,6 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
         if lost > 0.0
         else "nothing was lost"
     )
-    moved = outcome.memory == "permanent set"
-    mean = "mean natural curvature" if subject.solution.model.segments > 1 else "natural curvature"
     return [
         _card("Followed until", write(float(seen.t[-1]), "time"), f"{subject.solution.counts.steps} steps"),
         _card(
@@ -67,13 +66,7 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
             write(float(seen.values("tip_y")[-1]), "length"),
             f"at the end; {write(float(seen.values('tip_x')[-1]), 'length')} along the axis",
         ),
-        _card(
-            "Permanent set of the free end",
-            write(outcome.set_deflection, "length") if moved else "none",
-            f"{mean} moved by {write(outcome.set_curvature, 'curvature')}"
-            if moved
-            else "the natural curvature did not move",
-        ),
+        _set_card(subject),
         _card(
             "Largest angle",
             write(float(largest[when]), "angle"),
@@ -84,6 +77,20 @@ def _cards(subject: Subject) -> list[dict[str, str]]:
         _yielding_card(subject),
         *_fraction_card(subject),
     ]
+
+
+def _set_card(subject: Subject) -> dict[str, str]:
+    """What the rod keeps once it is let go; and by how much its natural curvature has moved by now, and will have."""
+    solution, outcome, write = subject.solution, subject.solution.outcome, subject.write
+    model, now = solution.model, solution.model.layout.natural(solution.history.y[-1])
+    moved = float(model.division.total(now - solution.first_natural)) * model.scales.curvature
+    mean = "mean natural curvature" if model.segments > 1 else "natural curvature"
+    still = bool(np.array_equal(now, solution.first_natural))
+    value = {"permanent set": write(outcome.set_deflection, "length"), "springs back": "none"}
+    more = f"the {mean} did not move" if still else f"{mean} moved by {write(moved, 'curvature')}"
+    if outcome.memory == "permanent set":
+        more += f"; by {write(outcome.set_curvature, 'curvature')} once the rod is let go"
+    return _card("Permanent set of the free end", value.get(outcome.memory, "not judged"), more)
 
 
 def _speed_card(subject: Subject) -> list[dict[str, str]]:

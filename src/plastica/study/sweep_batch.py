@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.motion.many import CHUNK, solve_many
+from plastica.motion.regimes import Rows, thrust_alone
 from plastica.numerics.grid import Grid
 from plastica.physics.batch import batch_laws
 from plastica.physics.initial import initial_shape
@@ -22,7 +23,6 @@ from plastica.study.sweep_axes import AMPLITUDE, Axis
 from plastica.study.sweep_judged import for_each, inadmissible, own_parameters, shape_at_nodes
 from plastica.study.sweep_outputs import FINAL, HISTORY, LIMITS, METHODS, REFUSED, REGIMES, STATUSES, empty_chunk
 from plastica.study.sweep_plan import Plan, amplified
-from plastica.study.sweep_regimes import keeps_a_set, regime_codes
 from plastica.units import looks_like_quantity
 
 __all__ = ["compute_together"]
@@ -94,10 +94,10 @@ def _compute_batch(
     _fill(made, some, plan, found)
     if "verdict" in plan.outputs:
         pushed = _pushed(strut, thrust, end, start.natural.size)
-        regime, yielding = _verdicts(strut, _last(found), start, own, pushed)
+        rows = _rows(strut, _last(found), start, own, pushed)
         ended = np.asarray(found["status"].values) == "done"
-        made["regime"][some] = np.where(ended, regime, REGIMES.index("untold"))
-        made["yielding"][some] = yielding
+        made["regime"][some] = np.where(ended, rows.regime, REGIMES.index("untold"))
+        made["yielding"][some] = rows.yielding
 
 
 def _alike(plan: Plan, columns: dict[str, Array], shapes: list[Any] | None) -> list[NDArray[np.bool_]]:
@@ -232,13 +232,13 @@ def _program(plan: Plan, axes: list[Axis], row: Array) -> Program | None:
 
 def _pushed(strut: Strut, thrust: Any, end: float, count: int) -> NDArray[np.bool_]:
     """Which members are under thrust alone at the end."""
-    if {"transverse", "couple"} & {name for name, _ in strut.loads.sources()}:
-        return np.zeros(count, dtype=bool)
     if thrust is None:
-        return np.full(count, float(strut.load.thrust(end)) > 0.0)
-    if isinstance(thrust, np.ndarray):
-        return np.asarray(thrust > 0.0)
-    return np.array([float(program(end)) > 0.0 for program in thrust])
+        present = np.full(count, float(strut.load.thrust(end)))
+    elif isinstance(thrust, np.ndarray):
+        present = thrust
+    else:
+        present = np.array([float(program(end)) for program in thrust])
+    return thrust_alone(strut.loads, present)
 
 
 def _last(found: Any) -> dict[str, Array]:
@@ -271,16 +271,22 @@ def _codes(words: NDArray[Any], known: tuple[str, ...], other: str) -> NDArray[n
     return np.array([place.get(str(word), place[other]) for word in words], dtype=np.int8)
 
 
-def _verdicts(
+def _rows(
     strut: Strut, last: dict[str, Array], start: _Start, own: dict[str, Array], pushed: NDArray[np.bool_]
-) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
-    """Judge the last states: the regime, and whether they yield."""
+) -> Rows:
+    """What decides what becomes of the members."""
     scales = strut.scales
     first = (start.natural * scales.length) * scales.curvature
     laws = batch_laws(strut, tuple(own), np)
     with np.errstate(all="ignore"):
         relaxed = laws.preference_slope(last["natural_curvature"] / scales.curvature, *own.values()) * scales.drive
-        yielding = np.abs(last["drive"]) > last["threshold"]
-        kept = keeps_a_set(last["natural_curvature"] != first, last["drive"], relaxed, last["threshold"])
-        began = np.maximum(start.angle, np.abs(start.natural * scales.length))
-        return regime_codes(pushed, last["largest_angle"], began, kept), yielding.astype(np.int8)
+    return Rows(
+        pushed=pushed,
+        angle=last["largest_angle"],
+        began=np.maximum(start.angle, np.abs(start.natural * scales.length)),
+        moved=last["natural_curvature"] != first,
+        drive=last["drive"],
+        let_go=last["drive"],
+        relaxed=relaxed,
+        threshold=last["threshold"],
+    )

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.errors import PlasticaError
+from plastica.motion.regimes import rows_of
 from plastica.motion.solution import Solution
 from plastica.physics.ledger import liapunov
 from plastica.study.run import solved
@@ -27,7 +28,6 @@ from plastica.study.sweep_outputs import (
     empty_chunk,
 )
 from plastica.study.sweep_plan import Plan
-from plastica.study.sweep_regimes import regime_of
 from plastica.study.sweep_store import Store
 
 __all__ = ["Told", "compute", "run_chunk"]
@@ -134,8 +134,9 @@ def _member(plan: Plan, values: Array) -> dict[str, Any]:
     last = _readings(solution, np.array([solution.history.end]))
     told |= {name: last[name][0] for name in FINAL}
     if "verdict" in plan.outputs:
-        regime = regime_of(solution) if solution.status.ok else REGIMES.index("untold")
-        told |= {"regime": regime, "yielding": _yielding(last)}
+        rows = rows_of(solution)
+        regime = int(rows.regime[0]) if solution.status.ok else REGIMES.index("untold")
+        told |= {"regime": regime, "yielding": int(rows.yielding[0])}
     if "limit" in plan.outputs:
         told |= _limit(solution)
     if "state" in plan.outputs:
@@ -163,10 +164,6 @@ def _readings(solution: Solution, t: Array) -> dict[str, Array]:
         "liapunov": liapunov(model, t, mu, natural, mu_t),
     }
     return {name: np.asarray(values[name] * getattr(scales, kind)) for name, (kind, _) in FINAL.items()}
-
-
-def _yielding(last: dict[str, Array]) -> int:
-    return int(np.any(np.abs(last["drive"]) > last["threshold"]))
 
 
 def _limit(solution: Solution) -> dict[str, Any]:
