@@ -158,6 +158,20 @@ def test_what_the_chart_says(name: str) -> None:
         assert "gamma**" in found.attrs["sentence"]
 
 
+def check_several_wells() -> None:
+    """With several preferred shapes a bow leaves far below gamma**, and the chart says from where."""
+    material = pl.Material("m**2*(m**2-1.5**2)**2*0.4", "pos(x)**2", "0.2*(1+m**2)")
+    found = pl.capacity(material, [0.687])
+    assert found.attrs["gamma_star_star"] == pytest.approx(2.2905, abs=1e-4)
+    assert 0.7 < float(found["leaves"].values[0]) < 0.78
+    assert found.attrs["leaves_from"] == 0.687
+    assert "below gamma**" in found.attrs["sentence"]
+
+
+def test_bows_that_leave_below_the_gap() -> None:
+    check_several_wells()
+
+
 def check_end() -> None:
     """Above Euler's load the rod buckles within its component while its tip angle phi(1), gamma = K(sin phi(1)/2)^2, is
     at most Theta."""

@@ -29,7 +29,7 @@ SIGNATURES = {
     "*rotary_inertia=None, *damping=None",
     "Specimen": "*length, *bending_stiffness=None, *youngs_modulus=None, *section=None, *retardation_time=None, "
     "*temperature=None, *mass_per_length=None, *rotary_inertia=None, *density=None",
-    "Equilibrium": "gamma, alpha, material=None, specimen=None",
+    "Equilibrium": "gamma, alpha, material=None, specimen=None, depth=None, multiplicity=1",
     "Shape": "function, breaks=(), words='a function of s'",
     "Status": "ok, code, sentence",
     "Verdict": "name, holds, margin, witness, sentence",

@@ -16,7 +16,7 @@ from plastica.errors import ArgumentError
 from plastica.material import discs
 from plastica.numerics import chebyshev
 from plastica.numerics import roots as rooting
-from tests import test_branches, test_catalog, test_narrow_laws, test_roots
+from tests import test_branches, test_catalog, test_frozen_shapes, test_narrow_laws, test_roots
 from tests.defects import replacing
 from tests.support import pair
 
@@ -51,6 +51,10 @@ def widest(known: Any) -> Any:
 def unguarded(laws: Any, m: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         return np.asarray(np.abs(laws.preference.slope(m)) - laws.threshold.value(m))
+
+
+def librating(shapes: list[Any], searches: list[Any]) -> tuple[list[Any], list[Any]]:
+    return [shape for shape in shapes if shape.depth >= 0.0], searches
 
 
 def crosswise(sound: Any) -> Any:
@@ -100,6 +104,13 @@ DEFECTS: dict[str, Defect] = {
     "ranges of sin without their tops": replacing(
         discs, "_wave", lambda sound: lambda u, phase: replace(w := sound(u, phase), high=0.9 * w.high)
     ),
+    "a pair at a fold taken for one": replacing(
+        frozen, "_told", lambda sound: lambda shapes, searches: frozen.Shapes(tuple(shapes), True, "")
+    ),
+    "the depth forgotten": replacing(
+        catalog, "frozen_equilibrium", lambda sound: lambda gamma, alpha, depth, several: sound(gamma, alpha)
+    ),
+    "rotating rods forgotten": replacing(frozen, "_by_depth", lambda sound: lambda *given: librating(*sound(*given))),
     "roots joined crosswise": replacing(level_curves, "_joined", crosswise),
     "the last fold forgotten": replacing(
         branching, "_fold_alphas", lambda sound: lambda g: [x[:-1] if x.size > 1 else x for x in sound(g)]
@@ -157,6 +168,9 @@ CHECKS: dict[str, Callable[[], None]] = {
     "enclosures": lambda: test_narrow_laws.check_enclosure(
         test_narrow_laws.law_of("2+cos(3*m)*sin(m)"), 0, np.linspace(-4.0, 4.0, 21)
     ),
+    "shapes at a fold": test_frozen_shapes.check_fold,
+    "shapes deep in the layer": test_frozen_shapes.check_values,
+    "shapes of a large thrust": lambda: test_frozen_shapes.check_deep(1e3, -3.0),
     "branches": lambda: test_branches.check_branches(8.0, 0.0, 40.0, 107),
     "fold curve": test_branches.check_fold_curve,
 }
@@ -186,6 +200,9 @@ TEETH = [
     ("a well far out", "a reach that is only sampled"),
     ("enclosures", "discs too small"),
     ("enclosures", "ranges of sin without their tops"),
+    ("shapes at a fold", "a pair at a fold taken for one"),
+    ("shapes deep in the layer", "the depth forgotten"),
+    ("shapes of a large thrust", "rotating rods forgotten"),
     ("branches", "roots joined crosswise"),
     ("branches", "stability of the straight rod"),
     ("branches", "folds at a column"),

@@ -84,6 +84,9 @@ DEFECTS: dict[str, Defect] = {
         lambda sound: lambda *arguments: (found := sound(*arguments))._replace(by_gamma=1e30 * found.by_gamma),
     ),
     "s phi' forgotten": replacing(test_phase, "gap", longer_arm),
+    "nothing leaves below the gap": replacing(
+        capacity, "_leaves_from", lambda _: lambda gamma, rows: 2.29
+    ),
     "any interval counts": setting(capacity, "interval_of", lambda found, alpha: 0),
     "closed in to a thousandth": setting(capacity, "PRECISION", 1e-3),
     "natural imperfections made straight": replacing(capacity, "omega_limit", from_straight),
@@ -112,6 +115,7 @@ CHECKS: dict[str, Callable[[], None]] = {
     "natural imperfections part at the edge": lambda: test_capacity.check_edge("A", "natural"),
     "shapes part at the edge": lambda: test_capacity.check_edge("B", test_capacity.BENT),
     "capacity ends": test_capacity.check_end,
+    "bows that leave below the gap": test_capacity.check_several_wells,
     "capacity in SI": test_capacity.check_si,
     "basins": test_capacity.check_basin,
     "slopes of the gap": test_phase.check_slopes_of_the_gap,
@@ -133,6 +137,7 @@ TEETH = [
     ("natural imperfections part at the edge", "closed in to a thousandth"),
     ("natural imperfections part at the edge", "natural imperfections made straight"),
     ("shapes part at the edge", "closed in to a thousandth"),
+    ("bows that leave below the gap", "nothing leaves below the gap"),
     ("capacity ends", "any interval counts"),
     ("capacity in SI", "shapes of one length"),
     ("basins", "limits without a side"),

@@ -90,7 +90,8 @@ def capacity(
         * `runs`: how many were made.
 
         With a specimen the coordinate `thrust` in N, and `largest_curvature`, `leaves_curvature`, `edge_curvature` in
-        1/m. Attributes: `gamma_star`, `gamma_star_star`, `euler` (see `thresholds`; None where there is none),
+        1/m. Attributes: `leaves_from`, the least of these thrusts under which a start was seen to leave (None where
+        none was), `gamma_star`, `gamma_star_star`, `euler` (see `thresholds`; None where there is none),
         `imperfection`, `sentence`.
 
     Raises
@@ -105,7 +106,10 @@ def capacity(
     places with staying on both sides is missed. Where the end of a run cannot be told, it counts as leaving. Each
     thrust with a gap takes some 35 runs of about 25 ms.
 
-    *You should see*: infinity up to gamma**, then a fall that goes on past Euler's load: just above it the rod buckles
+    *You should see*, for a preference energy with one well: infinity up to gamma**, then a fall. With several wells, or
+    with a threshold that grows, the admissible set has other intervals below gamma** too, from gamma = 0 on where two
+    wells are parted, and large imperfections leave for these: `leaves_from`, and not gamma**, is the thrust to stay
+    below, as far as the thrusts asked for tell. The fall goes on past Euler's load: just above it the rod buckles
     elastically, within its component as long as the tip angle of the buckled shape, which is its drive, is at most
     Theta(0). From gamma = K(k)^2, k = sin(Theta(0)/2), on, the capacity is 0: for "natural" it goes there continuously,
     for shapes it jumps.
@@ -238,17 +242,23 @@ def _dataset(
     si = "" if specimen is None else "; thrust in N, *_curvature in 1/m"
     facts = {
         "title": "capacity of a strut",
+        "leaves_from": _leaves_from(gamma, rows),
         "gamma_star": critical.gamma_star,
         "gamma_star_star": critical.gamma_star_star,
         "euler": critical.euler,
         "imperfection": imperfection,
         "conventions": "gamma in EI/L^2, curvatures in 1/L" + si,
-        "sentence": " ".join([*critical.sentences, _words(gamma, rows)]),
+        "sentence": " ".join([*critical.sentences, _words(gamma, rows, critical.gamma_star_star)]),
     }
     return xarray.Dataset(data, coords=coordinates, attrs=facts)
 
 
-def _words(gamma: Array, rows: list[_Row]) -> str:
+def _leaves_from(gamma: Array, rows: list[_Row]) -> float | None:
+    """Return the least thrust under which a start was seen to leave."""
+    return min((g for g, row in zip(gamma.tolist(), rows, strict=True) if math.isfinite(row.largest)), default=None)
+
+
+def _words(gamma: Array, rows: list[_Row], opens: float | None) -> str:
     free = [g for g, row in zip(gamma.tolist(), rows, strict=True) if row.runs == 0]
     bounded = [(g, row) for g, row in zip(gamma.tolist(), rows, strict=True) if math.isfinite(row.largest)]
     words = f"Of {gamma.size} thrusts, {len(free)} have one interval of admissible shapes, in which every motion ends"
@@ -256,4 +266,9 @@ def _words(gamma: Array, rows: list[_Row]) -> str:
         return f"{words}; no imperfection that was tried under the others leaves the neighbourhood of the straight rod."
     least = min(bounded, key=lambda pair: pair[1].largest)
     smallest = f"the least of them {least[1].largest:.6g}/L at gamma = {least[0]:.6g}"
-    return f"{words}; {len(bounded)} have a largest imperfection, {smallest}."
+    words += f"; {len(bounded)} have a largest imperfection, {smallest}."
+    first = min(g for g, _ in bounded)
+    words += f" The least of these thrusts under which an imperfection leaves is gamma = {first:.6g}"
+    if opens is not None and first < opens:
+        return f"{words}, below gamma**: there are other shapes to stay in than those near the straight one."
+    return f"{words}; nothing is said of thrusts between those that were computed."

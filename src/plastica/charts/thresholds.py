@@ -56,7 +56,8 @@ class Thresholds:
         kappa''(0) does not exist.
     gamma_star_star : float or None
         The least thrust at which a double root of |D| = Theta appears inside the component of the admissible set that
-        contains the straight rod: beyond it a rod that is pushed past the gap creeps away for good. None where there is
+        contains the straight rod: beyond it a rod that is pushed past the gap creeps away for good. Below it a rod may
+        do so too, where the admissible set has other components (several wells): see `capacity`. None where there is
         none up to 100.
     alpha_star_star : float or None
         Clamp curvature (> 0) of this double root.
@@ -301,7 +302,8 @@ def _split_words(split: tuple[float, float] | None, specimen: Specimen | None) -
     words = _thrust_words(split[0], specimen)
     return (
         f"gamma** = {words}: above it a gap, which opens at the clamp curvature {split[1]:.6g}/L, parts the shapes "
-        "near the straight one from those to which a rod that is pushed past it creeps."
+        "near the straight one from those to which a rod that is pushed past it creeps (other gaps may lie further "
+        "out, also below it)."
     )
 
 

@@ -173,7 +173,8 @@ def capacity(
 ) -> int:
     """Tell how large an imperfection SCENARIO's rod bears for ever, thrust by thrust.
 
-    Larger ones creep away from the straight shape, however slowly, below Euler's load as well.
+    Larger ones creep away from the straight shape, however slowly: for most materials from a thrust well below Euler's
+    load on, for some with several preferred shapes under any.
     """
     from plastica.charts.capacity import capacity as chart
     from plastica.doors.facts import capacity_facts

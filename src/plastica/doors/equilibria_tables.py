@@ -17,7 +17,7 @@ __all__ = ["print_capacity", "print_equilibria", "print_phase", "print_spectrum"
 
 CRITICAL = {
     "gamma_star": "natural curvature that yields grows beyond",
-    "gamma_star_star": "a bowed rod can creep away beyond",
+    "gamma_star_star": "the shapes near the straight one split beyond",
     "euler": "the straight rod is unstable beyond (Euler)",
 }
 
@@ -135,6 +135,9 @@ def print_capacity(console: Console, facts: dict[str, Any], files: Sequence[Path
         critical = facts["critical"][name]
         load = "no such thrust" if critical is None else _load({"load": critical}, units["force"])
         row(head, words, load)
+    leaves = facts["leaves_from"]
+    least = "none of those computed" if leaves is None else _load({"load": leaves}, units["force"])
+    row(head, "a bow was seen to creep away from", least)
     kind = facts["imperfection"]
     row(head, "imperfection", "a natural bow, without load" if kind == "natural" else f"bent into {kind}")
     row(head, "", facts["sentence"])

@@ -153,7 +153,7 @@ def phase_facts(rod: Held, found: PhaseDiagram) -> dict[str, Any]:
 
 
 def capacity_facts(rod: Held, found: Any) -> dict[str, Any]:
-    """Return the largest imperfections, thrust by thrust, and the three critical thrusts."""
+    """Return the largest imperfections, thrust by thrust, from where any leaves, and the three critical thrusts."""
     si = rod.scales.to_si
     rows = [
         {
@@ -168,6 +168,7 @@ def capacity_facts(rod: Held, found: Any) -> dict[str, Any]:
         "critical": {
             name: _critical(rod, found.attrs.get(name)) for name in ("gamma_star", "gamma_star_star", "euler")
         },
+        "leaves_from": _critical(rod, found.attrs["leaves_from"]),
         "rows": rows,
         "imperfection": str(found.attrs.get("imperfection", "natural")),
         "sentence": str(found.attrs["sentence"]),

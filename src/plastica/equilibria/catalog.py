@@ -15,6 +15,7 @@ cannot be bounded, something may hide: then the result says that it is not compl
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from plastica.equilibria.elastica import LARGEST_ALPHA, Ends, drive, ends
 from plastica.equilibria.equilibrium import Equilibrium, frozen_equilibrium
 from plastica.equilibria.equilibrium_set import EquilibriumSet, Fold, Limiting, interval_words
-from plastica.equilibria.frozen import LAYER, LONGEST, frozen_alphas, number, pieces_for
+from plastica.equilibria.frozen import LAYER, LONGEST, frozen_shapes, number, pieces_for
 from plastica.equilibria.grain import Grain, first_cuts, grain
 from plastica.equilibria.oscillation import unstable_count
 from plastica.equilibria.reach import FALLBACK, Reach, fold_reach, reach
@@ -35,7 +36,7 @@ from plastica.numerics.roots import Roots, roots_of_rows
 from plastica.physics.laws import laws_of
 from plastica.physics.scales import Specimen
 
-__all__ = ["equilibria", "equilibria_at", "number"]
+__all__ = ["EquilibriaAt", "equilibria", "equilibria_at", "number"]
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -123,7 +124,32 @@ def equilibria(
     )
 
 
-def equilibria_at(gamma: float, natural_curvature: float) -> tuple[Equilibrium, ...]:
+class EquilibriaAt(tuple[Equilibrium, ...]):
+    """All equilibria of one natural curvature: a tuple in ascending alpha that says whether it is complete.
+
+    Attributes
+    ----------
+    complete : bool
+        Whether it is certain that these are all, and each of them one.
+    sentence : str
+        The same in words: near a fold, which of them (`Equilibrium.multiplicity` above 1) may be several or none.
+    """
+
+    complete: bool
+    sentence: str
+
+    def __new__(cls, found: Iterable[Equilibrium], complete: bool, sentence: str) -> EquilibriaAt:
+        """Make one of the equilibria in ascending alpha."""
+        made = super().__new__(cls, found)
+        made.complete, made.sentence = complete, sentence
+        return made
+
+    def __getnewargs__(self) -> tuple[tuple[Equilibrium, ...], bool, str]:
+        """Return what a copy is made from."""
+        return tuple(self), self.complete, self.sentence
+
+
+def equilibria_at(gamma: float, natural_curvature: float) -> EquilibriaAt:
     """Find all equilibria of an elastic rod, whose natural curvature does not move: phi_alpha'(1) = natural curvature.
 
     All roots in |alpha| <= (mu_nat^2 + 4 gamma)^(1/2), which the first integral phi'^2 / 2 - gamma cos phi demands.
@@ -131,19 +157,21 @@ def equilibria_at(gamma: float, natural_curvature: float) -> tuple[Equilibrium, 
     Parameters
     ----------
     gamma : float
-        Thrust >= 0, dimensionless.
+        Thrust in [0, 1e5], dimensionless.
     natural_curvature : float
         Natural curvature, dimensionless: times L.
 
     Returns
     -------
-    tuple of Equilibrium
-        In ascending alpha, without a material. Two that are nearer than doubles can tell apart, at a fold, are one.
+    EquilibriaAt
+        A tuple of `Equilibrium` in ascending alpha, without a material. Two that are nearer than doubles can tell
+        apart, at a fold, are one of `multiplicity` 2, which may also be none: `complete` is then False, and `sentence`
+        says where. Above gamma = 50 each has a `depth`, since their alphas may be one double.
 
     Raises
     ------
     ArgumentError
-        Where an argument is not a finite number, or gamma is negative or above 700, where not all can be told apart.
+        Where an argument is not a finite number, or outside its range.
 
     Examples
     --------
@@ -152,8 +180,9 @@ def equilibria_at(gamma: float, natural_curvature: float) -> tuple[Equilibrium, 
     """
     thrust = number(gamma, "gamma", least=0.0)
     natural = number(natural_curvature, "natural_curvature")
-    (found,) = frozen_alphas(np.array([thrust]), natural)
-    return tuple(frozen_equilibrium(thrust, x) for x in found.x.tolist())
+    told = frozen_shapes(thrust, natural)
+    made = (frozen_equilibrium(thrust, *shape) for shape in told.found)
+    return EquilibriaAt(made, told.complete, told.sentence)
 
 
 def _range(alpha: Any, known: Reach, gamma: float) -> tuple[float, float]:

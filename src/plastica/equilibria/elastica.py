@@ -40,6 +40,9 @@ LARGEST_GAMMA = 1e5
 LARGEST_ALPHA = 1e6
 """Clamp curvature up to which closed forms are given; beyond it the tip's angle has lost ten digits."""
 
+DEEPEST = 350.0
+"""Depth next to the separatrix up to which 1/cosh^2 has all its digits."""
+
 FLOOR = 2.0**-332
 """Clamp curvature below which the rod is linear in alpha to the last bit, far from where alpha^2 leaves the doubles."""
 
@@ -118,7 +121,7 @@ class _Orbit(NamedTuple):
     m1: Array
 
 
-def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike) -> Profile:
+def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike, depth: ArrayLike | None = None) -> Profile:
     """Return the equilibrium with clamp curvature alpha under thrust gamma at the places s.
 
     Librating, u = sqrt(gamma) s, k = alpha / (2 sqrt(gamma))::
@@ -139,6 +142,9 @@ def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike) -> Profile:
         Clamp curvature phi'(0), |alpha| <= 1e6, dimensionless.
     s : array_like
         Arc length in [0, 1]. The three broadcast.
+    depth : array_like, optional
+        Where alpha alone cannot tell how near the separatrix is, |alpha| = 2 gamma^(1/2) tanh(depth) on librating rods,
+        or 2 gamma^(1/2) / tanh(-depth) on rotating ones, where it is negative; of alpha only the sign then counts.
 
     Returns
     -------
@@ -159,16 +165,18 @@ def profile(gamma: ArrayLike, alpha: ArrayLike, s: ArrayLike) -> Profile:
     if where.size and not (np.min(where) >= 0.0 and np.max(where) <= 1.0):
         raise ArgumentError("must lie on the rod, in [0, 1]", where="s", value=s)
     g, a = _checked(gamma, alpha)
-    return Profile(*_blocked(_profile, g, a, where))
+    return Profile(*_blocked(_profile, g, a, where, *_deep(depth)))
 
 
-def ends(gamma: ArrayLike, alpha: ArrayLike) -> Ends:
+def ends(gamma: ArrayLike, alpha: ArrayLike, depth: ArrayLike | None = None) -> Ends:
     """Return what `profile` gives at the free end, and phi(1) - phi'(1) without cancellation.
 
     Parameters
     ----------
     gamma, alpha : array_like
         Thrust and clamp curvature as for `profile`; they broadcast.
+    depth : array_like, optional
+        As for `profile`.
 
     Returns
     -------
@@ -179,7 +187,7 @@ def ends(gamma: ArrayLike, alpha: ArrayLike) -> Ends:
     ArgumentError
         Where an argument is not finite or outside its range.
     """
-    return Ends(*_blocked(_ends, *_checked(gamma, alpha)))
+    return Ends(*_blocked(_ends, *_checked(gamma, alpha), *_deep(depth)))
 
 
 def drive(end: Ends, laws: Laws) -> Array:
@@ -223,6 +231,16 @@ def liapunov(end: Ends, gamma: ArrayLike, alpha: ArrayLike, laws: Laws | None) -
     return np.asarray(bare if laws is None else bare + laws.preference.value(end.mu_nat))
 
 
+def _deep(depth: ArrayLike | None) -> tuple[Array, ...]:
+    """Return the depth as an argument more, or none."""
+    if depth is None:
+        return ()
+    deep = _floats(depth, "depth")
+    if deep.size and not np.max(np.abs(deep)) <= DEEPEST:
+        raise ArgumentError(f"must lie in [{-DEEPEST:g}, {DEEPEST:g}]", where="depth", value=depth)
+    return (deep,)
+
+
 def _checked(gamma: ArrayLike, alpha: ArrayLike) -> tuple[Array, Array]:
     g, a = _floats(gamma, "gamma"), _floats(alpha, "alpha")
     if g.size and np.min(g) < 0.0:
@@ -262,20 +280,22 @@ def _blocked(compute: Callable[..., tuple[Array, ...]], *arguments: Array) -> tu
     return tuple(np.concatenate(column).reshape(shape) for column in zip(*parts, strict=True))
 
 
-def _profile(gamma: Array, alpha: Array, s: Array) -> tuple[Array, ...]:
-    orbit, odd = _orbit(gamma, alpha)
+def _profile(gamma: Array, alpha: Array, s: Array, *depth: Array) -> tuple[Array, ...]:
+    orbit, odd = _orbit(gamma, alpha, *depth)
     phi, slope, theta0, theta0_slope, x, y, _ = _at(orbit, s)
     return odd * phi, odd * slope, theta0, theta0_slope, x, odd * y
 
 
-def _ends(gamma: Array, alpha: Array) -> tuple[Array, ...]:
-    orbit, odd = _orbit(gamma, alpha)
+def _ends(gamma: Array, alpha: Array, *depth: Array) -> tuple[Array, ...]:
+    orbit, odd = _orbit(gamma, alpha, *depth)
     phi, slope, theta0, theta0_slope, x, y, arm = _at(orbit, np.ones_like(gamma), arm=True)
     return odd * phi, odd * slope, theta0, theta0_slope, x, odd * y, odd * arm
 
 
-def _orbit(gamma: Array, alpha: Array) -> tuple[_Orbit, Array]:
+def _orbit(gamma: Array, alpha: Array, depth: Array | None = None) -> tuple[_Orbit, Array]:
     """The elliptic parameter of each orbit, and the factor of what is odd in alpha."""
+    if depth is not None:
+        return _deep_orbit(gamma, alpha, depth)
     size = np.maximum(np.abs(alpha), FLOOR)
     square, four = size * size, 4.0 * gamma
     difference = _difference(four, size, square)
@@ -284,6 +304,15 @@ def _orbit(gamma: Array, alpha: Array) -> tuple[_Orbit, Array]:
     rate = np.where(librating, np.sqrt(gamma), 0.5 * size)
     m = np.where(librating, square, four) / largest
     return _Orbit(gamma, size, librating, rate, m, np.abs(difference) / largest), alpha / size
+
+
+def _deep_orbit(gamma: Array, alpha: Array, depth: Array) -> tuple[_Orbit, Array]:
+    """The same from the depth: m = tanh^2, m1 = 1/cosh^2."""
+    librating, deep = depth >= 0.0, np.maximum(np.abs(depth), FLOOR)
+    root, part = np.sqrt(gamma), np.tanh(deep)
+    size = np.where(librating, 2.0 * root * part, 2.0 * root / part)
+    rate = np.where(librating, root, 0.5 * size)
+    return _Orbit(gamma, size, librating, rate, part * part, np.cosh(deep) ** -2.0), np.sign(alpha)
 
 
 def _difference(four: Array, size: Array, square: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.equilibria.elastica import Ends, Profile, drive, ends, liapunov, profile
+from plastica.equilibria.oscillation import unstable_count
 from plastica.errors import ArgumentError
 from plastica.material.material import Laws, Material
 from plastica.physics.amounts import plain
@@ -45,6 +46,12 @@ class Equilibrium:
         Its laws; None for an equilibrium at frozen natural curvature, which asks for none.
     specimen : Specimen or None
         What the material is made into.
+    depth : float or None
+        Where alpha alone cannot tell how near the separatrix is (`equilibria_at` above gamma = 50): |alpha| is
+        2 gamma^(1/2) tanh(depth), or 2 gamma^(1/2) / tanh(-depth) where it is negative (rotating); of alpha the sign
+        counts then. None elsewhere.
+    multiplicity : int
+        2 where this stands for two equilibria at a fold that doubles cannot part, or for none; 3 where three meet.
     regime : str
         "straight" (alpha = 0), "librating" (alpha^2 < 4 gamma: the curvature changes sign on a long enough rod),
         "separatrix", or "rotating" (alpha^2 > 4 gamma: it never does).
@@ -71,6 +78,8 @@ class Equilibrium:
     alpha: float
     material: Material | None = None
     specimen: Specimen | None = None
+    depth: float | None = None
+    multiplicity: int = 1
     regime: str = field(init=False)
     mu_nat: float = field(init=False)
     drive: float | None = field(init=False)
@@ -81,14 +90,14 @@ class Equilibrium:
 
     def __post_init__(self) -> None:
         gamma, alpha = _number(self.gamma, "gamma"), _number(self.alpha, "alpha")
-        end, laws = ends(gamma, alpha), self.laws
+        end, laws = ends(gamma, alpha, self.depth), self.laws
         mu_nat = float(end.mu_nat)
         excess = None if laws is None else float(drive(end, laws))
         threshold = None if laws is None else float(laws.threshold.value_at(mu_nat))
         values = {
             "gamma": gamma,
             "alpha": alpha,
-            "regime": _regime(gamma, alpha),
+            "regime": _regime(gamma, alpha, self.depth),
             "mu_nat": mu_nat,
             "drive": excess,
             "threshold": threshold,
@@ -113,7 +122,12 @@ class Equilibrium:
     @cached_property
     def ends(self) -> Ends:
         """Everything at the free end."""
-        return ends(self.gamma, self.alpha)
+        return ends(self.gamma, self.alpha, self.depth)
+
+    @property
+    def unstable(self) -> int:
+        """Number of unstable directions at frozen natural curvature; -1 too near a fold to tell."""
+        return int(unstable_count(self.gamma, self.alpha, self.ends, self.depth))
 
     @property
     def theta0_end(self) -> tuple[float, float]:
@@ -122,7 +136,7 @@ class Equilibrium:
 
     def profile(self, s: ArrayLike) -> Profile:
         """Return tangent angle, curvature, kernel and centre line at dimensionless arc lengths s in [0, 1]."""
-        return profile(self.gamma, self.alpha, s)
+        return profile(self.gamma, self.alpha, s, self.depth)
 
     def phi(self, s: ArrayLike) -> Any:
         """Return the tangent angle at arc lengths s in [0, 1]; a number for a number."""
@@ -250,13 +264,19 @@ def equilibrium(material: Material, gamma: float, alpha: float, *, specimen: Spe
     return Equilibrium(gamma, alpha, material, specimen)
 
 
-def frozen_equilibrium(gamma: float, alpha: float) -> Equilibrium:
+def frozen_equilibrium(
+    gamma: float, alpha: float, depth: float | None = None, multiplicity: int = 1
+) -> Equilibrium:
     """Return an equilibrium at frozen natural curvature: the elastic rod's, which no material judges.
 
     Parameters
     ----------
     gamma, alpha : float
         Thrust and clamp curvature, as for `equilibrium`.
+    depth : float, optional
+        See `Equilibrium`.
+    multiplicity : int
+        Likewise.
 
     Returns
     -------
@@ -268,7 +288,7 @@ def frozen_equilibrium(gamma: float, alpha: float) -> Equilibrium:
     ArgumentError
         As for `equilibrium`.
     """
-    return Equilibrium(gamma, alpha)
+    return Equilibrium(gamma, alpha, depth=depth, multiplicity=multiplicity)
 
 
 def _number(value: object, where: str) -> float:
@@ -282,7 +302,9 @@ def _stays(drive: float, threshold: float) -> bool:
     return abs(drive) <= threshold
 
 
-def _regime(gamma: float, alpha: float) -> str:
+def _regime(gamma: float, alpha: float, depth: float | None) -> str:
+    if depth is not None and depth != 0.0:
+        return "librating" if depth > 0.0 else "rotating"
     # Products of doubles as whole fractions: the regime is that of the numbers given, without rounding.
     if alpha == 0.0:
         return "straight"

@@ -201,6 +201,13 @@ def require_equilibrium(equilibrium: object) -> None:
             value=equilibrium,
             next_step="Make one with pl.equilibrium(material, gamma, alpha).",
         )
+    if equilibrium.depth is not None:
+        raise ArgumentError(
+            "must be one that its clamp curvature tells from others next to the separatrix",
+            where="equilibrium",
+            value=f"at gamma = {equilibrium.gamma:.6g}, depth {equilibrium.depth:.6g}",
+            next_step="Its count of unstable directions is `equilibrium.unstable`.",
+        )
 
 
 def require_count(count: object, most: int = 200, name: str = "count", least: int = 1) -> None:

@@ -18,8 +18,9 @@ DEGENERATE = -1
 FOLD_TOLERANCE = 1e-10
 """An equilibrium counts as a fold where `fold_distance` is at most this."""
 
-AGM_STEPS = 8
-"""Steps of the arithmetic-geometric mean: it doubles its digits at each, and needs 7 where 1 - k^2 is one ulp."""
+AGM_STEPS = 13
+"""Steps of the arithmetic-geometric mean: it doubles its digits at each, and needs 7 where 1 - k^2 is one ulp, 12 deep
+in the layer at the separatrix."""
 
 
 def fold_distance(gamma: ArrayLike, theta0: ArrayLike, theta0_slope: ArrayLike) -> Array:
@@ -45,7 +46,9 @@ def fold_distance(gamma: ArrayLike, theta0: ArrayLike, theta0_slope: ArrayLike) 
     return np.asarray((slope / largest) / np.hypot(slope / largest, height / largest))
 
 
-def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = None) -> NDArray[np.int64]:
+def unstable_count(
+    gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = None, depth: float | None = None
+) -> NDArray[np.int64]:
     """Count the unstable directions of equilibria at frozen natural curvature.
 
     With theta_0 = d phi / d alpha, which solves theta_0'' + gamma cos(phi) theta_0 = 0, theta_0(0) = 0,
@@ -67,6 +70,9 @@ def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = Non
         Thrust (>= 0) and clamp curvature; they broadcast.
     at_end : Ends, optional
         The closed forms at s = 1 for the same gamma and alpha, where they are known already.
+
+    depth : float, optional
+        As for `ends`, where alpha alone cannot tell; `at_end` is then given too.
 
     Returns
     -------
@@ -92,7 +98,7 @@ def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = Non
         raise ArgumentError("must be numbers whose shapes broadcast", where="gamma, alpha") from None
     closed = ends(thrust, clamp) if at_end is None else at_end
     theta0, slope = np.asarray(closed.theta0, dtype=float), np.asarray(closed.theta0_slope, dtype=float)
-    poles = _poles(thrust, np.abs(clamp))
+    poles = _poles(thrust, np.abs(clamp), depth)
     # Behind its n-th zero theta_0 has the sign (-1)^n; a zero at s = 1 itself counts.
     parity = (np.where(theta0 == 0.0, slope, theta0) < 0.0).astype(np.int64)
     zeros = np.abs(poles - (poles - parity) % 2)
@@ -101,13 +107,15 @@ def unstable_count(gamma: ArrayLike, alpha: ArrayLike, at_end: Ends | None = Non
     return np.where(degenerate, DEGENERATE, count).astype(np.int64)
 
 
-def _poles(gamma: Array, alpha: Array) -> NDArray[np.int64]:
+def _poles(gamma: Array, alpha: Array, depth: float | None) -> NDArray[np.int64]:
     """How many zeros cn(u) has in (0, w]: round(w/2K), with K = pi / (2 agm(1, k')); 0 beyond the separatrix."""
     w = np.sqrt(gamma)
     librating = alpha < 2.0 * w
     width = np.where(librating, 2.0 * w, 1.0)
     a = np.ones_like(w)
     b = np.where(librating, np.sqrt(np.maximum(width - alpha, 0.0) * (width + alpha)) / width, 1.0)
+    if depth is not None:
+        librating, b = np.full(w.shape, depth > 0.0), np.full(w.shape, np.cosh(depth) ** -1.0)
     for _ in range(AGM_STEPS):
         a, b = 0.5 * (a + b), np.sqrt(a * b)
     return np.where(librating, np.floor(w * a / np.pi + 0.5), 0.0).astype(np.int64)

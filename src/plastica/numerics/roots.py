@@ -49,6 +49,8 @@ class Root:
         What of |f| counts as 0 here: its interpolation and rounding error.
     value : float
         The function there.
+    multiplicity : int
+        How many roots this may stand for: 1, 2 at a tangency (or none), 3 where three meet as far as doubles can tell.
     """
 
     x: float
@@ -56,6 +58,7 @@ class Root:
     error: float
     tolerance: float
     value: float
+    multiplicity: int = 1
 
 
 @dataclass(frozen=True)
@@ -262,9 +265,14 @@ def _flats(f: RowFunction, flat: ch.Pieces, lo: Array, hi: Array) -> list[_Found
         value = f(places, np.full(places.size, row))
         best = np.lexsort((np.abs(inner - 0.5 * (a + b)), np.abs(value[:-2])))[0]
         x, kind = float(inner[best]), "crossing" if value[-2] * value[-1] < 0.0 else "tangency"
-        root = Root(x, kind, max(b - x, x - a), float(flat.tolerance[run].max()), float(value[best]))
+        root = Root(x, kind, max(b - x, x - a), float(flat.tolerance[run].max()), float(value[best]), _of_kind(kind))
         found.append(_Found(row, a - width, b + width, root))
     return found
+
+
+def _of_kind(kind: str) -> int:
+    """Return of how many roots one stands that is made of several: an odd or an even number."""
+    return 3 if kind == "crossing" else 2
 
 
 def _simple(f: RowFunction, pieces: ch.Pieces, lo: Array, hi: Array) -> list[_Found]:
@@ -316,7 +324,7 @@ def _extremum(pieces: ch.Pieces, first: Array, half: Array, i: int, end: float, 
     error = 2.0 * tolerance / (slope + np.sqrt(slope * slope + 2.0 * second * tolerance))
     x = float(pieces.b[i] if end > 0.0 else pieces.a[i])
     reach = 2.0 * float(error)
-    return _Found(int(pieces.row[i]), x - reach, x + reach, Root(x, "tangency", float(error), tolerance, value))
+    return _Found(int(pieces.row[i]), x - reach, x + reach, Root(x, "tangency", float(error), tolerance, value, 2))
 
 
 def _row(f: RowFunction, row: int, lo: float, hi: float, every: list[_Found], missed: ch.Pieces) -> Roots:
@@ -347,7 +355,8 @@ def _one(f: RowFunction, region: list[_Found], lo: float, hi: float) -> Root:
     exact = [each.root for each in region if each.root.value == 0.0]
     near = min(exact + even, key=lambda root: (abs(root.value), abs(root.x - centre)))
     kind = "crossing" if left * right < 0.0 else "tangency"
-    return replace(near, kind=kind, error=max(root.error + abs(root.x - near.x) for root in even))
+    error = max(root.error + abs(root.x - near.x) for root in even)
+    return replace(near, kind=kind, error=error, multiplicity=_of_kind(kind))
 
 
 def _judged(missed: ch.Pieces, vanishing: tuple[tuple[float, float], ...], lo: float, hi: float) -> tuple[bool, str]:
