@@ -134,9 +134,16 @@ def poisoned(sound: Any) -> Any:
     return compute
 
 
+def seal(store: Store, chunk: int, columns: Any) -> np.ndarray:
+    """The right seal of a chunk whose members take what is planned."""
+    rows = store.plan.members.between(*store.plan.span(chunk))
+    taken = {axis.key: row for axis, row in zip(store.plan.axes, rows.T, strict=True)}
+    return np.frombuffer(sweep_store.seal_of(store.identity, chunk, {**taken, **columns}), dtype=np.uint8)
+
+
 def seal_first(self: Store, chunk: int, columns: Any) -> None:
     first, last = self.plan.span(chunk)
-    self.arrays["seal"][chunk] = np.frombuffer(sweep_store.digest_of(columns), dtype=np.uint8)
+    self.arrays["seal"][chunk] = seal(self, chunk, columns)
     for name in columns:
         self.arrays[name][first:last] = columns[name]
 
@@ -167,7 +174,7 @@ def status_first(self: Store, chunk: int, columns: Any) -> None:
     first, last = self.plan.span(chunk)
     for name in sorted(columns, key=lambda each: each != "status"):
         self.arrays[name][first:last] = columns[name]
-    self.arrays["seal"][chunk] = np.frombuffer(sweep_store.digest_of(columns), dtype=np.uint8)
+    self.arrays["seal"][chunk] = seal(self, chunk, columns)
 
 
 def no_chunk_given_back(sound: Any) -> Any:
@@ -191,7 +198,7 @@ def spoil_existence(patch: Patch) -> None:
 
 
 def spoil_digest(patch: Patch) -> None:
-    patch.setattr(sweep_store, "digest_of", lambda columns: b"0123456789abcdef" * 2)
+    patch.setattr(sweep_store, "seal_of", lambda identity, chunk, columns: b"0123456789abcdef" * 2)
 
 
 def spoil_forgetting(patch: Patch) -> None:
@@ -206,12 +213,12 @@ def spoil_zeal(patch: Patch) -> None:
 
 def shuffled_shares(patch: Patch) -> None:
     """Drawn independently: a random sample in place of a Latin hypercube."""
-    sound = sweep_members.Members._drawing
-    patch.setattr(
-        sweep_members.Members,
-        "_drawing",
-        lambda self: sound(replace(self, sampling="random")) if self.sampling == "latin-hypercube" else sound(self),
-    )
+    sound = sweep_members.Members.between
+
+    def between(self: Any, first: int, last: int) -> Any:
+        return sound(replace(self, sampling="random") if self.sampling == "latin-hypercube" else self, first, last)
+
+    patch.setattr(sweep_members.Members, "between", between)
 
 
 def re_without_limits() -> Any:
@@ -227,7 +234,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a chunk that is none stops all": replacing(
         Store, "_read", lambda sound: lambda self, *where: refusing(sound(self, *where))
     ),
-    "a status is enough": replacing(Store, "absent", lambda _: lambda self: frozenset()),
+    "all is there": replacing(Store, "missing", lambda _: lambda self: []),
     "keys that nobody compares": replacing(sweep_differences, "_unlike", lambda _: lambda *both: iter(())),
     "any sweep will do": replacing(sweep_create, "_taken_up", lambda _: lambda target, made: open_store(target)),
     "a writer that gives up": lambda patch: patch.setattr(Store, "write", Store._write),
@@ -265,7 +272,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "any members for neighbours": replacing(
         sweep_interest,
         "_neighbours",
-        lambda sound: lambda store, count: ((b, np.roll(a, 7)) for a, b in sound(store, count)),
+        lambda sound: lambda store, *rest: ((b, np.roll(a, 7)) for a, b in sound(store, *rest)),
     ),
     "the text of the base": replacing(
         sweep_plan,
@@ -292,7 +299,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "neighbours in the order of the list": replacing(
         sweep_interest,
         "_neighbours",
-        lambda _: lambda store, count: iter([(np.arange(count - 1), np.arange(1, count))]),
+        lambda _: lambda store, count, missing: iter([(np.arange(count - 1), np.arange(1, count))]),
     ),
     "the map turned about": replacing(
         regimes, "_map", lambda sound: lambda ax, sweep, codes, i, j: sound(ax, sweep, codes[::-1], i, j)
@@ -308,7 +315,7 @@ TEETH = [
     ("another's chunk is mended", "existence taken for content"),
     ("a missing seal is mended", "a store that forgets a chunk"),
     ("an overwritten status is told", "a chunk that is none stops all"),
-    ("an absent variable is told", "a status is enough"),
+    ("an absent variable is told", "all is there"),
     ("a key that differs is told", "keys that nobody compares"),
     ("a key that differs is told", "any sweep will do"),
     ("versions that differ are told", "keys that nobody compares"),

@@ -83,7 +83,7 @@ def sweep(
         if code != DONE:
             return code
     seconds = time.perf_counter() - began
-    return _told(opened, picture, reports, seconds, status=status, as_json=as_json, quiet=quiet)
+    return _told(opened, picture, reports, seconds, as_json=as_json, quiet=quiet)
 
 
 def _plan(scenario: Path) -> Plan:
@@ -194,19 +194,16 @@ def _estimated(plan: Plan, workers: int | None, store: Path | None, as_json: boo
     return DONE
 
 
-def _told(
-    store: Store, picture: Path | None, reports: int, seconds: float, *, status: bool, as_json: bool, quiet: bool
-) -> int:
+def _told(store: Store, picture: Path | None, reports: int, seconds: float, *, as_json: bool, quiet: bool) -> int:
     """Say what came of a sweep, and write what was asked for."""
     from plastica.study.sweep_result import Sweep
 
     found = Sweep(store)
     files = _pictures(found, picture) + _reports(found, reports)
     if as_json:
-        judged = "files" if status else "contents"
-        print_json({**_facts(found), "judged_by": judged, "files": files, "seconds": seconds})
+        print_json({**_facts(found), "judged_by": "contents", "files": files, "seconds": seconds})
     elif not quiet:
-        _print(found, files, seconds, status=status)
+        _print(found, files, seconds)
     if found.failed:
         say(f"{found.failed} of {found.done} members did not end as asked; see the table of how they ended")
     return FAILED if found.failed else DONE
@@ -250,12 +247,13 @@ def _facts(found: Sweep) -> dict[str, Any]:
         "sampling": found.plan.members.sampling,
         "chunks": found.plan.chunks,
         "status": found.counts,
+        "one_by_one": [{"chunk": chunk, "because": reason} for chunk, reason in found.apart.items()],
         "regimes": found.regimes,
         "interesting": [vars(each) for each in found.interesting(WORTH_A_LOOK)] if found.done else [],
     }
 
 
-def _print(found: Sweep, files: list[Path], seconds: float, *, status: bool) -> None:
+def _print(found: Sweep, files: list[Path], seconds: float) -> None:
     from plastica.doors.tables import pairs, row
 
     table = pairs(found.plan.base.title or "Sweep")
@@ -266,8 +264,9 @@ def _print(found: Sweep, files: list[Path], seconds: float, *, status: bool) -> 
             row(table, "ended", f"{count} {ending}")
     if not found.complete:
         row(table, "pending", f"{found.members - found.done} not begun, missing or damaged: the next run computes them")
-    if status:
-        row(table, "judged", "by which files are there; by what is in them when the sweep goes on")
+    if found.apart:
+        reason = next(iter(found.apart.values()))
+        row(table, "one by one", f"{len(found.apart)} of {found.plan.chunks} chunks, which takes longer: {reason}")
     for regime, count in found.regimes.items():
         if regime != "pending":
             row(table, "came to", f"{count} {regime}")

@@ -86,7 +86,7 @@ def regimes_figure(sweep: Sweep) -> Figure:
         Where the verdict was not kept, or there are too many members for a picture.
     """
     check_drawable(sweep.plan)
-    codes = sweep.store.read(["regime"], 0, sweep.members, sweep.store.absent())["regime"].astype(int)
+    codes = sweep.store.read(["regime"], 0, sweep.members, sweep.missing)["regime"].astype(int)
     codes = np.where(codes < 0, len(REGIMES), codes)
     pairs = list(combinations(range(min(len(sweep.axes), MOST_KEYS)), 2))
     with drawing():
@@ -165,7 +165,7 @@ def _panel(ax: Axes, sweep: Sweep, codes: NDArray[np.int_], first: int, second: 
         _map(ax, sweep, codes, first, second)
     else:
         some = np.linspace(0, sweep.members - 1, min(sweep.members, MOST_POINTS)).astype(int)
-        values = sweep.store.values(0, sweep.members)[some]
+        values = sweep.taken[some]
         _points(ax, values[:, first], values[:, second], codes[some])
     _label(ax.xaxis, ax, axes[first], "x")
     _label(ax.yaxis, ax, axes[second], "y")
@@ -212,9 +212,9 @@ def _points(ax: Axes, x: Array, y: Array, codes: NDArray[np.int_]) -> None:
 def _row(ax: Axes, sweep: Sweep, codes: NDArray[np.int_]) -> None:
     """One key alone."""
     axis = sweep.axes[0]
-    x = sweep.store.values(0, sweep.members)[:, 0]
+    x = sweep.taken[:, 0]
     if "final" in sweep.plan.outputs and sweep.plan.base.model.segments == 1:
-        y = sweep.store.read(["natural_curvature"], 0, sweep.members, sweep.store.absent())["natural_curvature"]
+        y = sweep.store.read(["natural_curvature"], 0, sweep.members, sweep.missing)["natural_curvature"]
         unit = "" if sweep.plan.base.model.specimen is None else " (1/m)"
         ax.set_ylabel(f"Natural curvature at the end{unit or ' × L'}")
     else:

@@ -11,7 +11,7 @@ from typing import Any
 from plastica.errors import ArgumentError
 from plastica.study.reading import Document, document_of, read_document
 from plastica.study.scenario import Scenario
-from plastica.study.sweep_create import create
+from plastica.study.sweep_create import create, mend_fixed
 from plastica.study.sweep_engines import check_engine, computed
 from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_reading import make_plan
@@ -137,6 +137,7 @@ def compute_missing(
     progress: Callable[[Progress], None] | None = None,
 ) -> None:
     """Compute the chunks of a store that are not done; arguments as of `sweep`."""
+    mend_fixed(store)
     meter = _Meter(store, progress)
     missing = meter.looked_through()
     for told in computed(store, missing, engine, workers, scheduler, meter.tell):

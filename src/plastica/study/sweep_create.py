@@ -16,12 +16,14 @@ from plastica.errors import FileError, StorageError, unusable
 from plastica.files import as_path
 from plastica.study.building import inside
 from plastica.study.sweep_aside import folder_aside, remove_leftovers
+from plastica.study.sweep_chunks import check_chunk
 from plastica.study.sweep_differences import differences
-from plastica.study.sweep_outputs import Variable, coordinates_of, variables_of
+from plastica.study.sweep_outputs import Fixed, Variable, coordinates_of, fixed_of, variables_of
 from plastica.study.sweep_plan import Plan
+from plastica.study.sweep_seals import digest_of_plan
 from plastica.study.sweep_store import PLAN, RESULTS, SCENARIO, SCHEMA, SEAL, Store, chunk_shape, open_store
 
-__all__ = ["bytes_of", "create", "room", "size", "stored_bytes"]
+__all__ = ["bytes_of", "create", "mend_fixed", "room", "size", "stored_bytes"]
 
 LEAST_FREE: Final = 1.1
 """How many times the uncompressed size of a sweep must be free on the disk, beside what is to spare."""
@@ -107,7 +109,7 @@ def _taken_up(target: Path, plan: Plan) -> Store:
         raise FileError(
             f"holds another sweep: {differences(found, plan)}", where=str(target), next_step="Name another store."
         )
-    return Store(target, plan, plan.identity, plan.versions)
+    return replace(found, plan=plan)
 
 
 def room(target: Path, plan: Plan) -> tuple[int, int]:
@@ -156,6 +158,7 @@ def _fill(folder: Path, plan: Plan) -> None:
     }
     _fill_results(folder / RESULTS, plan)
     # Last: until then the file says that the folder is being made.
+    described["digest"] = digest_of_plan(described)
     (folder / PLAN).write_text(json.dumps(described, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
@@ -167,13 +170,15 @@ def _fill_results(path: Path, plan: Plan) -> None:
         "title": plan.base.title or "a sweep",
         "plastica_sweep": SCHEMA,
         "sampling": plan.members.sampling,
+        "identity": plan.identity,
         # As xarray reads it: what is varied comes as coordinates.
         "coordinates": " ".join(varied),
     }
     group = zarr.create_group(path, zarr_format=3, attributes=about)
     for variable in variables_of(plan):
         _make(group, plan, variable)
-    _make_fixed(group, plan)
+    for fixed in fixed_of(plan):
+        _make_fixed(group, fixed)
     coordinates = [_make(group, plan, each) for each in coordinates_of(plan)]
     for axis, array in zip(plan.axes, coordinates, strict=True):
         if axis.kind == "label":
@@ -194,7 +199,7 @@ def _fill_results(path: Path, plan: Plan) -> None:
         compressors=None,
         dimension_names=("chunk", "byte"),
     )
-    seal.update_attributes({"long_name": "digest of every chunk that is done"})
+    seal.update_attributes({"long_name": "digest of every chunk that is done, with what its members take"})
 
 
 def _make(group: Any, plan: Plan, variable: Variable) -> Any:
@@ -214,20 +219,35 @@ def _make(group: Any, plan: Plan, variable: Variable) -> Any:
     )
 
 
-def _make_fixed(group: Any, plan: Plan) -> None:
-    """Coordinates that all members share."""
-    model, given = plan.base.problem.strut, {}
-    si = model.specimen is not None
-    if plan.times is not None:
-        given["t"] = (plan.times, "s" if si else "1", "time")
-    if "state" in plan.outputs:
-        given["s"] = (model.grid.s * model.scales.length, "m" if si else "1", "arc length from the clamp")
-        weight = model.grid.w * model.scales.length
-        given["s_weight"] = (weight, "m" if si else "1", "quadrature weight of the node")
-    for name, (values, unit, words) in given.items():
-        about = {"units": unit, "long_name": words}
-        names = ("s",) if name == "s_weight" else (name,)
-        array = group.create_array(
-            name, shape=values.shape, dtype="<f8", fill_value=np.nan, dimension_names=names, attributes=about
-        )
-        array[:] = values
+def _make_fixed(group: Any, fixed: Fixed) -> None:
+    """Write a coordinate that all members share."""
+    array = group.create_array(
+        fixed.name,
+        shape=fixed.values.shape,
+        dtype="<f8",
+        fill_value=np.nan,
+        dimension_names=(fixed.dim,),
+        attributes=fixed.attributes,
+        overwrite=True,
+    )
+    array[:] = fixed.values
+
+
+def mend_fixed(store: Store) -> None:
+    """Write the coordinates that all members share anew where they are not as planned; nothing here reads them."""
+    for fixed in fixed_of(store.plan):
+        if not _holds(store, fixed):
+            _make_fixed(store.group, fixed)
+
+
+def _holds(store: Store, fixed: Fixed) -> bool:
+    """Whether a coordinate that all members share is as planned."""
+    values = fixed.values
+    try:
+        array = store.array(fixed.name)
+        if (array.shape, array.chunks, array.dtype) != (values.shape, values.shape, values.dtype):
+            return False
+        check_chunk(store.folder / RESULTS / fixed.name / "c" / "0", values.nbytes, compressed=True)
+        return np.array_equal(np.asarray(array[:]), values)
+    except (KeyError, TypeError, AttributeError, ValueError, RuntimeError, OSError):
+        return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any, Final
@@ -51,7 +51,7 @@ class Interesting:
     takes: str
 
 
-def interesting(store: Store, count: int) -> tuple[Interesting, ...]:
+def interesting(store: Store, count: int, missing: Collection[int]) -> tuple[Interesting, ...]:
     """Choose members: in turn one that failed, one beside which others end differently, and one that is extreme.
 
     Parameters
@@ -60,6 +60,8 @@ def interesting(store: Store, count: int) -> tuple[Interesting, ...]:
         The sweep.
     count : int
         How many.
+    missing : collection of int
+        Chunks that are not done.
 
     Returns
     -------
@@ -75,14 +77,14 @@ def interesting(store: Store, count: int) -> tuple[Interesting, ...]:
     looked_at = min(store.plan.count, MOST_LOOKED_AT)
     present = [each.name for each in store.variables if not each.shape]
     names = [name for name in ("status", "regime", *EXTREMES) if name in present]
-    found = store.read(names, 0, looked_at, store.absent())
-    kinds = (_failures(found["status"]), _boundaries(store, found, looked_at), _extremes(found))
+    found = store.read(names, 0, looked_at, missing)
+    kinds = (_failures(found["status"]), _boundaries(store, found, looked_at, missing), _extremes(found))
     chosen: dict[int, str] = {}
     for turn in zip_longest(*kinds):
         for each in turn:
             if each is not None and len(chosen) < count:
                 chosen.setdefault(*each)
-    rows = {member: store.values(member, member + 1)[0] for member in chosen}
+    rows = {member: store.values(member, member + 1, missing)[0] for member in chosen}
     return tuple(Interesting(member, why, store.plan.told(rows[member])) for member, why in chosen.items())
 
 
@@ -95,14 +97,14 @@ def _failures(status: NDArray[Any]) -> Chosen:
     return [each for turn in zip_longest(*groups) for each in turn if each is not None]
 
 
-def _boundaries(store: Store, found: dict[str, NDArray[Any]], count: int) -> Chosen:
+def _boundaries(store: Store, found: dict[str, NDArray[Any]], count: int, missing: Collection[int]) -> Chosen:
     """Members next to which another comes to something else, those between the rarest regimes first."""
     if "regime" not in found:
         return []
     regime = found["regime"].astype(int)
     told = (regime >= 0) & (regime < REGIMES.index("untold"))
     seen: dict[tuple[int, int], list[int]] = {}
-    for left, right in _neighbours(store, count):
+    for left, right in _neighbours(store, count, missing):
         differ = told[left] & told[right] & (regime[left] != regime[right])
         for a, b in zip(left[differ][:1000].tolist(), right[differ][:1000].tolist(), strict=True):
             low, high = sorted((int(regime[a]), int(regime[b])))
@@ -127,7 +129,9 @@ def _spread(members: list[int]) -> list[int]:
     return found
 
 
-def _neighbours(store: Store, count: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def _neighbours(
+    store: Store, count: int, missing: Collection[int]
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Pairs of members beside one another: along every axis of a grid, else the nearest of each."""
     plan = store.plan
     if plan.members.sampling == "grid" and count == plan.count:
@@ -139,7 +143,7 @@ def _neighbours(store: Store, count: int) -> Iterator[tuple[NDArray[np.intp], ND
             yield moved[:-1].ravel(), moved[1:].ravel()
         return
     some = np.arange(min(count, MOST_PAIRS))
-    values = store.values(0, some.size)
+    values = store.values(0, some.size, missing)
     spread = np.ptp(values, axis=0)
     scaled = values / np.where(spread > 0.0, spread, 1.0)
     if some.size < 2:

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from plastica.errors import ArgumentError, FileError
 from plastica.files import read_bytes
 from plastica.study.sweep_axes import MOST_AXES, Axis, column
+from plastica.study.sweep_schema import is_drawn
 
 __all__ = ["MOST_DRAWN", "MOST_MEMBERS", "Members", "members_of", "read_columns"]
 
@@ -59,15 +61,19 @@ class Members:
 
     def blocks(self, size: int) -> Iterator[Array]:
         """Yield the values of `size` members at a time, each block of shape (members, axes)."""
-        drawing = self._drawing()
-        for first in range(0, self.count, size):
-            last = min(first + size, self.count)
-            yield self._at(np.arange(first, last)) if drawing is None else self._drawn(drawing(first, last))
+        return (self.between(first, min(first + size, self.count)) for first in range(0, self.count, size))
+
+    def between(self, first: int, last: int) -> Array:
+        """Return the values of members first to last, of shape (members, axes), whatever was asked for before."""
+        if self.sampling == "random":
+            return self._drawn(_stream(self.seed, first, last, len(self.axes)))
+        if self.sampling == "latin-hypercube":
+            return self._drawn(self._sample[first:last])
+        return self._at(np.arange(first, last))
 
     def picked(self, places: NDArray[np.int64]) -> Array:
         """Return the values of some members; of drawn ones, as many of the first."""
-        drawing = self._drawing()
-        return self._at(places) if drawing is None else self._drawn(drawing(0, places.size))
+        return self.between(0, places.size) if is_drawn(self.sampling) else self._at(places)
 
     def _at(self, places: NDArray[np.int64]) -> Array:
         if self.sampling != "grid":
@@ -78,18 +84,23 @@ class Members:
     def _drawn(self, shares: Array) -> Array:
         return np.stack([axis.drawn(share) for axis, share in zip(self.axes, shares.T, strict=True)], axis=1)
 
-    def _drawing(self) -> Any:
-        """Shares in [0, 1) of members first to last; None where nothing is drawn."""
-        if self.sampling == "random":
-            # One stream, so that members do not depend on the size of blocks.
-            stream = np.random.Generator(np.random.Philox(self.seed))
-            return lambda first, last: stream.random((last - first, len(self.axes)))
-        if self.sampling == "latin-hypercube":
-            from scipy.stats import qmc
+    @cached_property
+    def _sample(self) -> Array:
+        """Shares in [0, 1) of all members of a Latin hypercube, which are drawn at once."""
+        from scipy.stats import qmc
 
-            sample = qmc.LatinHypercube(len(self.axes), rng=np.random.default_rng(self.seed)).random(self.count)
-            return lambda first, last: sample[first:last]
-        return None
+        rng = np.random.default_rng(self.seed)
+        return np.asarray(qmc.LatinHypercube(len(self.axes), rng=rng).random(self.count))
+
+
+def _stream(seed: int, first: int, last: int, axes: int) -> Array:
+    """Return the shares in [0, 1) of members first to last: a part of one stream, which is not drawn up to there."""
+    source = np.random.Philox(seed)
+    # One step of this generator makes four numbers.
+    source.advance(first * axes // 4)
+    stream = np.random.Generator(source)
+    stream.random(first * axes % 4)
+    return stream.random((last - first, axes))
 
 
 def members_of(axes: Sequence[Axis], sampling: str, members: int | None, seed: int) -> Members:

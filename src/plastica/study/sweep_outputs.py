@@ -21,9 +21,11 @@ __all__ = [
     "REFUSED",
     "REGIMES",
     "STATUSES",
+    "Fixed",
     "Variable",
     "coordinates_of",
     "empty_chunk",
+    "fixed_of",
     "variables_of",
 ]
 
@@ -202,6 +204,35 @@ def coordinates_of(plan: Plan) -> tuple[Variable, ...]:
         )
         for axis in plan.axes
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Fixed:
+    """Numbers that all members share, as a coordinate: name, dimension, values, unit and words."""
+
+    name: str
+    dim: str
+    values: NDArray[np.float64]
+    unit: str
+    words: str
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Unit and words, as netCDF conventions write them."""
+        return {"units": self.unit, "long_name": self.words}
+
+
+def fixed_of(plan: Plan) -> tuple[Fixed, ...]:
+    """Return the coordinates that all members share: times of the histories, nodes of the state and their weights."""
+    model, made = plan.base.problem.strut, []
+    si = model.specimen is not None
+    if plan.times is not None:
+        made.append(Fixed("t", "t", plan.times, "s" if si else "1", "time"))
+    if "state" in plan.outputs:
+        unit, length = "m" if si else "1", model.scales.length
+        made.append(Fixed("s", "s", model.grid.s * length, unit, "arc length from the clamp"))
+        made.append(Fixed("s_weight", "s", model.grid.w * length, unit, "quadrature weight of the node"))
+    return tuple(made)
 
 
 def empty_chunk(plan: Plan, count: int) -> dict[str, NDArray[Any]]:

@@ -135,12 +135,28 @@ class Plan:
     @cached_property
     def identity(self) -> str:
         """A digest of all that determines the result: scenario, values, outputs, input files, versions."""
-        described = {
-            "scenario": self.document.data,
-            "sweep": self.table,
-            "chunk": self.chunk,
-            "versions": self.versions,
-        }
+        return self.identity_with(self.table, self.versions)
+
+    def identity_with(self, table: Mapping[str, Any], versions: Mapping[str, str]) -> str:
+        """Return the identity of the same sweep as its store tells it, with the versions that it was begun with.
+
+        Parameters
+        ----------
+        table : mapping
+            The table [sweep] as it was when the store was made.
+        versions : mapping of str to str
+            The versions.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        FileError
+            Where an input file cannot be read.
+        """
+        described = {"scenario": self.document.data, "sweep": table, "chunk": self.chunk, "versions": versions}
         digest = hashlib.sha256(json.dumps(described, sort_keys=True, default=str).encode())
         folder = self.document.file.parent
         for name in self.inputs:

@@ -17,9 +17,9 @@ from plastica.study.run import described, solved
 from plastica.study.scenario import Scenario
 from plastica.study.sweep_axes import Axis
 from plastica.study.sweep_interest import Interesting, interesting
-from plastica.study.sweep_outputs import FAILED, REGIMES, STATUSES, coordinates_of, variables_of
+from plastica.study.sweep_outputs import FAILED, REGIMES, STATUSES, coordinates_of, fixed_of, variables_of
 from plastica.study.sweep_plan import Plan
-from plastica.study.sweep_store import RESULTS, Store, open_store
+from plastica.study.sweep_store import APART, RESULTS, Store, open_store
 
 if TYPE_CHECKING:
     import xarray
@@ -73,11 +73,15 @@ class Sweep:
         return self.plan.count
 
     @cached_property
+    def missing(self) -> frozenset[int]:
+        """The chunks that are not done, each judged by its seal, the first time that this is asked for."""
+        return frozenset(self.store.missing())
+
+    @cached_property
     def counts(self) -> dict[str, int]:
         """How many members ended how, the most frequent first; "pending" are those not computed yet.
 
-        A chunk of which a file is missing or cannot be read is pending. What is in the files is held against their
-        seals where the sweep is taken up again, by `sweep` with the same store.
+        Whatever a chunk holds counts only if it is what its seal says.
         """
         return self._counted("status", STATUSES)
 
@@ -88,12 +92,17 @@ class Sweep:
 
     def _counted(self, name: str, flags: Sequence[str]) -> dict[str, int]:
         found = np.zeros(len(flags) + 1, dtype=np.int64)
-        absent = self.store.absent()
         for first in range(0, self.members, BLOCK):
-            codes = self.store.read(["status", name], first, min(first + BLOCK, self.members), absent)[name]
+            codes = self.store.read(["status", name], first, min(first + BLOCK, self.members), self.missing)[name]
             found += np.bincount(np.asarray(codes, dtype=np.int64) + 1, minlength=found.size)[: found.size]
         told = dict(zip(("pending", *flags), found.tolist(), strict=True))
         return {flag: count for flag, count in sorted(told.items(), key=lambda each: -each[1]) if count}
+
+    @cached_property
+    def apart(self) -> dict[int, str]:
+        """Chunks whose members were to be computed together and were not, with the reason, as the log tells it."""
+        told = {entry.get("chunk"): entry.get(APART) for entry in self.store.log()}
+        return {chunk: why for chunk, why in told.items() if isinstance(chunk, int) and isinstance(why, str)}
 
     @property
     def done(self) -> int:
@@ -153,9 +162,8 @@ class Sweep:
         import xarray
 
         described = {each.name: each for each in (*variables_of(self.plan), *coordinates_of(self.plan))}
-        fixed = {name: self.store.group[name] for name in ("t", "s", "s_weight") if name in self.store.group}
-        read = self.store.read(names, 0, self.members, self.store.absent())
-        for axis, values in zip(self.axes, self.store.values(0, self.members).T, strict=True):
+        read = self.store.read(names, 0, self.members, self.missing)
+        for axis, values in zip(self.axes, self.taken.T, strict=True):
             read[axis.key] = values.astype(described[axis.key].dtype)
 
         def labelled(name: str) -> tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]:
@@ -165,11 +173,15 @@ class Sweep:
             return variable.dims, values, {"units": variable.unit, "long_name": variable.words}
 
         coordinates: dict[str, Any] = {axis.key: labelled(axis.key) for axis in self.axes}
-        for name, array in fixed.items():
-            dim = "t" if name == "t" else "s"
-            coordinates[name] = (dim, np.asarray(array[:]), dict(array.attrs))
+        for each in fixed_of(self.plan):
+            coordinates[each.name] = (each.dim, each.values, each.attributes)
         attributes = {"title": self.plan.base.title, "sampling": self.plan.members.sampling}
         return xarray.Dataset({name: labelled(name) for name in names}, coordinates, attributes)
+
+    @cached_property
+    def taken(self) -> Array:
+        """What all members take, of shape (members, axes), as it is sealed with them, or planned."""
+        return self.store.values(0, self.members, self.missing)
 
     def values(self, member: int) -> dict[str, Any]:
         """Return what one member takes, by key.
@@ -179,9 +191,7 @@ class Sweep:
         ArgumentError
             Where there is no such member.
         """
-        return {
-            axis.key: axis.inserted(float(value)) for axis, value in zip(self.axes, self._row(member), strict=True)
-        }
+        return {axis.key: axis.inserted(float(value)) for axis, value in zip(self.axes, self._row(member), strict=True)}
 
     def _row(self, member: int) -> Array:
         if isinstance(member, bool) or not isinstance(member, (int, np.integer)) or not 0 <= member < self.members:
@@ -224,13 +234,16 @@ class Sweep:
         tuple of Interesting
             Member, why, and what it takes.
         """
-        return interesting(self.store, count)
+        return interesting(self.store, count, self.missing)
 
     def __str__(self) -> str:
         varied = ", ".join(axis.key for axis in self.axes)
         count = plural(self.members, "member")
         lines = [f"sweep     {count} over {varied} ({self.plan.members.sampling}), in {self.path}"]
         lines.append("done      " + ", ".join(f"{count} {status}" for status, count in self.counts.items()))
+        if self.apart:
+            slow, why = plural(len(self.apart), "chunk"), next(iter(self.apart.values()))
+            lines.append(f"slow      {slow} one by one, because {why}")
         if self.regimes:
             told = {regime: count for regime, count in self.regimes.items() if regime != "pending"}
             lines.append("regimes   " + ", ".join(f"{count} {regime}" for regime, count in told.items()))

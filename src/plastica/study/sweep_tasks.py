@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.errors import PlasticaError
+from plastica.errors import PlasticaError, StorageError
 from plastica.motion.regimes import rows_of
 from plastica.motion.solution import Solution
 from plastica.physics.ledger import liapunov
@@ -28,9 +28,12 @@ from plastica.study.sweep_outputs import (
     empty_chunk,
 )
 from plastica.study.sweep_plan import Plan
-from plastica.study.sweep_store import Store
+from plastica.study.sweep_store import APART, Store
 
 __all__ = ["Told", "compute", "run_chunk"]
+
+SURE: Final = 100
+"""How many times the steps of a member in a batch it surely does not come to alone."""
 
 Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
@@ -79,10 +82,12 @@ def run_chunk(store: Store, chunk: int) -> Told:
     if store.is_done(chunk):
         return Told(chunk, last - first, _failed(store.read(["status"], first, last)["status"]), 0.0, False)
     began = time.perf_counter()
-    columns = compute(store.plan, store.values(first, last))
+    apart: list[str] = []
+    columns = compute(store.plan, store.plan.members.between(first, last), apart.append)
     if not store.is_done(chunk):
         store.write(chunk, columns)
-        store.note({"chunk": chunk, "members": last - first, "seconds": round(time.perf_counter() - began, 4)})
+        entry = {"chunk": chunk, "members": last - first, "seconds": round(time.perf_counter() - began, 4)}
+        store.note({**entry, APART: apart[0]} if apart else entry)
     return Told(chunk, last - first, _failed(columns["status"]), time.perf_counter() - began, True)
 
 
@@ -90,7 +95,7 @@ def _failed(status: NDArray[Any]) -> int:
     return int(np.isin(status, [STATUSES.index(code) for code in FAILED]).sum())
 
 
-def compute(plan: Plan, values: Array) -> Columns:
+def compute(plan: Plan, values: Array, apart: Callable[[str], object] = lambda _: None) -> Columns:
     """Compute some members.
 
     Parameters
@@ -99,28 +104,52 @@ def compute(plan: Plan, values: Array) -> Columns:
         The sweep.
     values : ndarray, shape (members, axes)
         What the members take.
+    apart : callable
+        Called with the reason where members that should be computed together cannot be, and are computed one by one.
 
     Returns
     -------
     dict of ndarray
         The variables of the store by name, the member first. Nothing depends on which members are computed together.
     """
+    made, alone = empty_chunk(plan, len(values)), np.ones(len(values), dtype=bool)
     if plan.batched:
-        # What no batch takes as a whole is computed one by one, so that each member is judged on its own.
-        with contextlib.suppress(PlasticaError):
-            return compute_together(plan, values)
-    made = empty_chunk(plan, len(values))
-    for i, row in enumerate(values):
-        for name, value in _member(plan, row).items():
+        try:
+            made = compute_together(plan, values)
+            alone = _doubtful(plan, made)
+        except StorageError:
+            raise
+        except PlasticaError as error:
+            # Each member is then judged on its own.
+            apart(str(error))
+    for name, nothing in empty_chunk(plan, 1).items():
+        made[name][alone] = nothing
+    for i in np.flatnonzero(alone):
+        for name, value in _member(plan, values[i]).items():
             if name in made:
                 made[name][i] = value
     return made
+
+
+def _doubtful(plan: Plan, made: Columns) -> NDArray[np.bool_]:
+    """Which members of a batch may end in another way alone: those that fail, and those that come near to `max_steps`.
+
+    The batch takes other steps than the solver of a single member, and knows nothing of how many are allowed.
+    """
+    well, refused = (made["status"] == STATUSES.index(code) for code in ("done", "refused"))
+    # What the batch has handed on to that solver is told with the steps of both.
+    together = made["method"] == METHODS.index("DOP853")
+    steps = made["steps"].astype(np.int64) * np.where(together, SURE, 1)
+    return np.asarray(~refused & (~well | (steps > plan.base.max_steps)))
 
 
 def _member(plan: Plan, values: Array) -> dict[str, Any]:
     """Everything that may be kept of one member."""
     try:
         solution = solved(plan.scenario(values))
+    except StorageError:
+        # What cannot be read now may be read when the sweep is taken up again.
+        raise
     except PlasticaError:
         # A scenario that is refused is a result of the sweep; `Sweep.scenario` tells what is wrong with it.
         return dict(REFUSED)
