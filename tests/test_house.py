@@ -271,7 +271,7 @@ def project_files() -> list[Path]:
     found = [path for name in roots for path in (ROOT / name).rglob("*") if path.is_file()]
     found += [path for path in ROOT.iterdir() if path.is_file() and path.name != ".git"]
     built = {"__pycache__", "_build", "out"}
-    binary = {".png", ".gif", ".mp4", ".nc", ".pyc", ".svg"}
+    binary = {".png", ".gif", ".mp4", ".nc", ".zip", ".pyc", ".svg"}
     return sorted(p for p in found if p.suffix not in binary and not built & set(p.parts))
 
 
