@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from plastica.study import sweep_chunks, sweep_store, sweep_tasks
-from plastica.study.sweep_plan import Plan
 from plastica.study.sweep_seals import digest_of
 from plastica.study.sweep_store import Store
 from tests.defects import Patch, replacing
@@ -58,7 +57,6 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a seal of any sweep": replacing(
         sweep_store, "seal_of", lambda sound: lambda i, chunk, held: sound("", chunk, held)
     ),
-    "an identity of nothing": replacing(Plan, "identity_with", lambda _: lambda self, table, versions: "0" * 64),
     "values of a former store taken as they are": lambda patch: patch.setattr(
         Store,
         "_sealed_by",
@@ -90,7 +88,6 @@ TEETH = [
     ("files another_chunks", "values that are not sealed"),
     ("files another_variables", "values that are not sealed"),
     ("files another_stores", "values that are not sealed"),
-    ("files another_stores", "an identity of nothing"),
     ("whole chunks elsewhere", "a seal of any chunk"),
     ("whole chunks elsewhere", "a seal of any sweep"),
     ("a former store", "values of a former store taken as they are"),
