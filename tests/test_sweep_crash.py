@@ -159,7 +159,7 @@ def check_hopeless_chunk(folder: Path) -> None:
     code = (
         "import os, sys\nfrom plastica.study import sweep_tasks, sweep_worker\n"
         "sound = sweep_tasks.compute\n"
-        "def compute(plan, values, apart):\n    if values[0, 0] > 0.1: os._exit(9)\n    return sound(plan, values, apart)\n"
+        "def compute(plan, rows, apart):\n    if rows[0, 0] > 0.1: os._exit(9)\n    return sound(plan, rows, apart)\n"
         "sweep_tasks.compute = compute\nsweep_worker._as_process()\n"
     )
     with pytest.MonkeyPatch.context() as patch:
