@@ -16,6 +16,7 @@ import plastica as pl
 from plastica.equilibria.catalog import equilibria_at
 from plastica.equilibria.elastica import ends
 from plastica.equilibria.equilibrium import Equilibrium
+from plastica.equilibria.projection import projection
 from plastica.errors import ArgumentError
 from tests.support import DATA, EPS
 
@@ -99,6 +100,35 @@ def check_values() -> None:
     assert outermost.liapunov == pytest.approx(float(energy), rel=1e-11)
 
 
+def check_spectrum() -> None:
+    """Eigenvalues from the depth are those from alpha where alpha tells, and keep their digits where it does not."""
+    material = pl.catalogue.material("one-shape")
+    for shape in equilibria_at(100.0, 0.1):
+        deep, plain = pl.spectrum(shape), pl.spectrum(pl.equilibrium(material, 100.0, shape.alpha))
+        assert np.all(np.abs(deep.eigenvalues - plain.eigenvalues) <= deep.errors + plain.errors)
+        s = np.linspace(0.0, 1.0, 5)
+        # What alpha loses next to the separatrix.
+        assert np.abs(deep.kernel(s) - plain.kernel(s)).max() <= 10.0 * EPS * math.exp(math.sqrt(100.0))
+    for shape in equilibria_at(500.0, 0.1):
+        deep = pl.spectrum(shape)
+        assert deep.resolved
+        assert deep.agree
+        assert np.all(deep.errors <= 64.0 * EPS * 500.0 * np.maximum(1.0, np.abs(deep.eigenvalues)))
+        assert np.count_nonzero(deep.eigenvalues > 0.0) == min(deep.unstable, deep.eigenvalues.size)
+
+
+def check_phase() -> None:
+    """A small disturbance next to the separatrix, from the depth as from alpha."""
+    material, grid = pl.catalogue.material("one-shape"), pl.Grid(40)
+    shape = max(equilibria_at(60.0, 0.1), key=lambda each: each.depth if each.unstable == 0 else -np.inf)
+    plain = pl.equilibrium(material, 60.0, shape.alpha)
+    mu, natural = shape.curvature(grid.s) + 1e-3 * np.cos(grid.s), 0.1 + 1e-3
+    deep, known = (projection(each, mu, natural, grid) for each in (shape, plain))
+    assert deep.shift == pytest.approx(known.shift, rel=1e-9)
+    # Differences with steps in the depth and in alpha: good for a size.
+    assert deep.second_order == pytest.approx(known.second_order, rel=0.05)
+
+
 @pytest.mark.parametrize("case", cases(), ids=lambda case: case["gamma"])
 def test_shapes_of_the_reference(case: dict[str, Any]) -> None:
     check_reference(case)
@@ -122,6 +152,14 @@ def test_values_deep_in_the_layer() -> None:
     check_values()
 
 
+def test_spectra_deep_in_the_layer() -> None:
+    check_spectrum()
+
+
+def test_projection_deep_in_the_layer() -> None:
+    check_phase()
+
+
 def test_both_coordinates_agree() -> None:
     """The search over alpha and that over the depth, on either side of the thrust at which one takes over."""
     below, above = equilibria_at(50.0, 0.4), equilibria_at(50.0 * (1.0 + 4.0 * EPS), 0.4)
@@ -140,6 +178,3 @@ def test_they_are_a_tuple() -> None:
 def test_what_cannot_be_done_is_refused() -> None:
     with pytest.raises(ArgumentError, match="gamma"):
         equilibria_at(1.1e5, 0.0)
-    deep = equilibria_at(1e4, 0.1)[-1]
-    with pytest.raises(ArgumentError, match="equilibrium"):
-        pl.spectrum(deep)

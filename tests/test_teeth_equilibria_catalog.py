@@ -11,7 +11,7 @@ import pytest
 
 import plastica as pl
 from plastica.equilibria import branches as branching
-from plastica.equilibria import catalog, frozen, level_curves, reach
+from plastica.equilibria import catalog, frozen, level_curves, projection, reach
 from plastica.errors import ArgumentError
 from plastica.material import discs
 from plastica.numerics import chebyshev
@@ -110,6 +110,7 @@ DEFECTS: dict[str, Defect] = {
     "the depth forgotten": replacing(
         catalog, "frozen_equilibrium", lambda sound: lambda gamma, alpha, depth, several: sound(gamma, alpha)
     ),
+    "steps in the depth taken for steps in alpha": replacing(projection, "alpha_rate", lambda _: lambda *given: 1.0),
     "rotating rods forgotten": replacing(frozen, "_by_depth", lambda sound: lambda *given: librating(*sound(*given))),
     "roots joined crosswise": replacing(level_curves, "_joined", crosswise),
     "the last fold forgotten": replacing(
@@ -170,6 +171,8 @@ CHECKS: dict[str, Callable[[], None]] = {
     ),
     "shapes at a fold": test_frozen_shapes.check_fold,
     "shapes deep in the layer": test_frozen_shapes.check_values,
+    "spectra deep in the layer": test_frozen_shapes.check_spectrum,
+    "disturbances deep in the layer": test_frozen_shapes.check_phase,
     "shapes of a large thrust": lambda: test_frozen_shapes.check_deep(1e3, -3.0),
     "branches": lambda: test_branches.check_branches(8.0, 0.0, 40.0, 107),
     "fold curve": test_branches.check_fold_curve,
@@ -202,6 +205,8 @@ TEETH = [
     ("enclosures", "ranges of sin without their tops"),
     ("shapes at a fold", "a pair at a fold taken for one"),
     ("shapes deep in the layer", "the depth forgotten"),
+    ("spectra deep in the layer", "the depth forgotten"),
+    ("disturbances deep in the layer", "steps in the depth taken for steps in alpha"),
     ("shapes of a large thrust", "rotating rods forgotten"),
     ("branches", "roots joined crosswise"),
     ("branches", "stability of the straight rod"),

@@ -34,7 +34,7 @@ class Found(NamedTuple):
     resolved: bool
 
 
-def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
+def eigenvalues(gamma: float, alpha: float, count: int, lowest: int, depth: float | None = None) -> Found:
     """Compute all eigenvalues of K on two grids, the finer of which has twice the nodes of the other.
 
     They are refined until those that matter agree to rounding, or the grids become too large.
@@ -45,15 +45,17 @@ def eigenvalues(gamma: float, alpha: float, count: int, lowest: int) -> Found:
         Thrust and clamp curvature.
     count, lowest : int
         How many of the largest and of the most negative eigenvalues matter; all above 1/2 do as well.
+    depth : float, optional
+        As for `elastica.profile`, where alpha alone cannot tell.
 
     Returns
     -------
     Found
     """
     size = first_size(gamma, alpha, count + lowest)
-    coarse: Array = np.linalg.eigvalsh(discretise(gamma, alpha, size).K)[::-1].astype(float)
+    coarse: Array = np.linalg.eigvalsh(discretise(gamma, alpha, size, depth).K)[::-1].astype(float)
     while True:
-        discrete = discretise(gamma, alpha, 2 * size)
+        discrete = discretise(gamma, alpha, 2 * size, depth)
         rho, vectors = np.linalg.eigh(discrete.K)
         rho, vectors = rho[::-1], vectors[:, ::-1]
         floor = FLOOR * EPS * np.abs(rho).max() + discrete.doubt(discrete.M @ vectors)

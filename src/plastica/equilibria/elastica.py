@@ -30,7 +30,7 @@ from plastica.errors import ArgumentError
 from plastica.material.material import Laws
 from plastica.numerics.jacobi import Jacobi, amplitude_excess, jacobi
 
-__all__ = ["LARGEST_ALPHA", "LARGEST_GAMMA", "Ends", "Profile", "drive", "ends", "liapunov", "profile"]
+__all__ = ["LARGEST_ALPHA", "LARGEST_GAMMA", "Ends", "Profile", "alpha_rate", "drive", "ends", "liapunov", "profile"]
 
 Array = NDArray[np.float64]
 
@@ -229,6 +229,12 @@ def liapunov(end: Ends, gamma: ArrayLike, alpha: ArrayLike, laws: Laws | None) -
     g, _ = np.broadcast_arrays(np.asarray(gamma, dtype=float), np.asarray(alpha, dtype=float))
     bare = g * (2.0 * end.x - np.cos(end.phi)) - end.mu_nat * end.arm
     return np.asarray(bare if laws is None else bare + laws.preference.value(end.mu_nat))
+
+
+def alpha_rate(gamma: float, depth: float) -> float:
+    """Return d|alpha|/d|depth|: 2 gamma^(1/2) / cosh(depth)^2, or -2 gamma^(1/2) / sinh(depth)^2 on rotating rods."""
+    root = 2.0 * float(np.sqrt(gamma))
+    return root / float(np.cosh(depth)) ** 2 if depth >= 0.0 else -root / float(np.sinh(depth)) ** 2
 
 
 def _deep(depth: ArrayLike | None) -> tuple[Array, ...]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plastica.equilibria.elastica import Profile, profile
+from plastica.equilibria.elastica import Profile, alpha_rate, profile
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import Grid
@@ -44,16 +44,19 @@ class Discrete:
         Thrust and clamp curvature.
     grid : Grid
         Nodes and weights.
+    depth : float, optional
+        As for `elastica.profile`, where alpha alone cannot tell.
     """
 
     gamma: float
     alpha: float
     grid: Grid
+    depth: float | None = None
 
     @cached_property
     def profile(self) -> Profile:
         """The closed forms at the nodes."""
-        return profile(self.gamma, self.alpha, self.grid.s)
+        return profile(self.gamma, self.alpha, self.grid.s, self.depth)
 
     @cached_property
     def M(self) -> Array:
@@ -73,20 +76,21 @@ class Discrete:
         of K and `angles` holds W^(1/2) psi in its columns. delta phi is of the order of eps times |phi| +
         |alpha d phi/d alpha| + |2 gamma d phi/d gamma + alpha d phi/d alpha|, the last being s phi'. Near the
         separatrix d phi/d alpha grows like exp(gamma^(1/2)): what gamma and alpha are to the last bit matters then,
-        and no method that is given doubles can do better.
+        and no method that is given doubles can do better. Given the depth t, t d alpha/d t takes the place of alpha.
         """
         phi, slope, theta0 = self.profile.phi, self.profile.slope, self.profile.theta0
+        given = self.alpha if self.depth is None else self.depth * alpha_rate(self.gamma, self.depth)
         with np.errstate(over="ignore", invalid="ignore"):
-            spread = EPS * FORM_FLOOR * (np.abs(phi) + np.abs(self.alpha * theta0) + np.abs(self.grid.s * slope))
+            spread = EPS * FORM_FLOOR * (np.abs(phi) + np.abs(given * theta0) + np.abs(self.grid.s * slope))
             change = np.fmin(np.abs(np.sin(phi)) * spread + 0.5 * spread**2, 2.0)
         return np.asarray(self.gamma * (change @ angles**2))
 
 
-def discretise(gamma: float, alpha: float, size: int) -> Discrete:
+def discretise(gamma: float, alpha: float, size: int, depth: float | None = None) -> Discrete:
     """Return K on a grid of `size` nodes or a few more, with at most 256 on each element."""
     elements = -(-size // LARGEST_ELEMENT)
     breaks = tuple(float(b) for b in np.linspace(0.0, 1.0, elements + 1))
-    return Discrete(gamma, alpha, Grid(-(-size // elements), breaks))
+    return Discrete(gamma, alpha, Grid(-(-size // elements), breaks), depth)
 
 
 def first_size(gamma: float, alpha: float, count: int) -> int:
@@ -123,7 +127,7 @@ def linearisation(equilibrium: Equilibrium, grid: Grid) -> Array:
     if not isinstance(grid, Grid):
         raise ArgumentError("must be a pl.Grid", where="grid", value=grid)
     n = grid.size
-    cos = np.cos(profile(equilibrium.gamma, equilibrium.alpha, grid.s).phi)
+    cos = np.cos(equilibrium.profile(grid.s).phi)
     out = np.zeros((n + 1, n + 1))
     out[:n, :n] = equilibrium.gamma * (grid.B * cos) @ grid.A - np.eye(n)
     out[:n, n] = 1.0
@@ -171,11 +175,11 @@ def schroedinger(equilibrium: Equilibrium, count: int = 1) -> Levels:
     """
     require_equilibrium(equilibrium)
     require_count(count)
-    gamma, alpha = equilibrium.gamma, equilibrium.alpha
+    gamma, alpha, depth = equilibrium.gamma, equilibrium.alpha, equilibrium.depth
     size = first_size(gamma, alpha, count)
-    coarse, _ = _levels(discretise(gamma, alpha, size), count)
+    coarse, _ = _levels(discretise(gamma, alpha, size, depth), count)
     while True:
-        values, floor = _levels(discretise(gamma, alpha, 2 * size), count)
+        values, floor = _levels(discretise(gamma, alpha, 2 * size, depth), count)
         difference = np.abs(values - coarse)
         if np.all(difference <= floor) or 2 * size > MOST_NODES:
             return Levels(values, difference + floor)
@@ -200,13 +204,6 @@ def require_equilibrium(equilibrium: object) -> None:
             where="equilibrium",
             value=equilibrium,
             next_step="Make one with pl.equilibrium(material, gamma, alpha).",
-        )
-    if equilibrium.depth is not None:
-        raise ArgumentError(
-            "must be one that its clamp curvature tells from others next to the separatrix",
-            where="equilibrium",
-            value=f"at gamma = {equilibrium.gamma:.6g}, depth {equilibrium.depth:.6g}",
-            next_step="Its count of unstable directions is `equilibrium.unstable`.",
         )
 
 

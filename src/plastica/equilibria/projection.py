@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plastica.equilibria.elastica import profile
+from plastica.equilibria.elastica import alpha_rate, ends
 from plastica.equilibria.equilibrium import Equilibrium
 from plastica.equilibria.linear import require_equilibrium
-from plastica.equilibria.oscillation import FOLD_TOLERANCE, fold_distance, unstable_count
+from plastica.equilibria.oscillation import FOLD_TOLERANCE, fold_distance
 from plastica.errors import ArgumentError
 from plastica.numerics.grid import Grid
 
@@ -83,7 +83,7 @@ def projection(equilibrium: Equilibrium, mu: ArrayLike, mu_nat: float, grid: Gri
     """
     curvature, natural = _state(equilibrium, mu, mu_nat, grid)
     gamma, alpha = equilibrium.gamma, equilibrium.alpha
-    at = profile(gamma, alpha, np.append(grid.s, 1.0))
+    at = equilibrium.profile(np.append(grid.s, 1.0))
     slope_at_end = float(at.theta0_slope[-1])
     if fold_distance(gamma, at.theta0[-1], slope_at_end) <= FOLD_TOLERANCE:
         raise ArgumentError(
@@ -101,7 +101,7 @@ def projection(equilibrium: Equilibrium, mu: ArrayLike, mu_nat: float, grid: Gri
         along=along,
         rest=rest,
         rest_norm=float(np.sqrt(grid.w @ rest**2)),
-        second_order=0.5 * abs(_bend(gamma, alpha) / slope_at_end) * shift**2,
+        second_order=0.5 * abs(_bend(equilibrium) / slope_at_end) * shift**2,
     )
 
 
@@ -143,7 +143,7 @@ def asymptotic_phase(equilibrium: Equilibrium, mu: ArrayLike, mu_nat: float, gri
     Checked by test_asymptotic_phase, test_phase_at_the_threshold.
     """
     found = projection(equilibrium, mu, mu_nat, grid)
-    unstable = int(unstable_count(equilibrium.gamma, equilibrium.alpha))
+    unstable = equilibrium.unstable
     if unstable != 0:
         raise ArgumentError(
             "must be stable at frozen natural curvature",
@@ -154,11 +154,16 @@ def asymptotic_phase(equilibrium: Equilibrium, mu: ArrayLike, mu_nat: float, gri
     return found.alpha
 
 
-def _bend(gamma: float, alpha: float) -> float:
-    """d^2 mu_nat / d alpha^2 by a central difference of theta_0'(1); good for a size."""
-    step = 1e-5 * max(1.0, abs(alpha))
-    ends = profile(np.full(2, gamma), np.array([alpha - step, alpha + step]), np.ones(2)).theta0_slope
-    return float(ends[1] - ends[0]) / (2.0 * step)
+def _bend(equilibrium: Equilibrium) -> float:
+    """Estimate the size of d^2 mu_nat / d alpha^2 by a central difference of theta_0'(1)."""
+    gamma, alpha, depth = equilibrium.gamma, equilibrium.alpha, equilibrium.depth
+    if depth is None or abs(depth) < 1.0:
+        step = 1e-5 * max(1.0, abs(alpha))
+        near = ends(np.full(2, gamma), np.array([alpha - step, alpha + step]))
+        return float(near.theta0_slope[1] - near.theta0_slope[0]) / (2.0 * step)
+    step = 1e-5 * abs(depth)
+    near = ends(np.full(2, gamma), np.full(2, alpha), np.array([depth - step, depth + step]))
+    return float(near.theta0_slope[1] - near.theta0_slope[0]) / (2.0 * step * alpha_rate(gamma, depth))
 
 
 def _state(equilibrium: object, mu: ArrayLike, mu_nat: float, grid: object) -> tuple[Array, float]:

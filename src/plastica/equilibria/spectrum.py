@@ -60,16 +60,19 @@ class Kernel:
         The natural curvature's part xi_nat, 0 at a fold.
     norm : float
         The norm of (theta_0', theta_0'(1)) before it was divided by it.
+    depth : float or None
+        As for `Equilibrium`, where alpha alone cannot tell.
     """
 
     gamma: float
     alpha: float
     natural: float
     norm: float
+    depth: float | None = None
 
     def __call__(self, s: ArrayLike) -> Array:
         """Return the curvature's part at places s in [0, 1]; shape of s."""
-        return np.asarray(profile(self.gamma, self.alpha, places(s)).theta0_slope / self.norm)
+        return np.asarray(profile(self.gamma, self.alpha, places(s), self.depth).theta0_slope / self.norm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,16 +299,16 @@ def spectrum(equilibrium: Equilibrium, count: int = 6, *, lowest: int = 0) -> Sp
     require_equilibrium(equilibrium)
     require_count(count, MOST_EIGENVALUES)
     require_count(lowest, MOST_EIGENVALUES, "lowest", 0)
-    found = eigenvalues(equilibrium.gamma, equilibrium.alpha, int(count), int(lowest))
+    found = eigenvalues(equilibrium.gamma, equilibrium.alpha, int(count), int(lowest), equilibrium.depth)
     kernel = _kernel(found.discrete, equilibrium)
-    end = profile(equilibrium.gamma, equilibrium.alpha, np.array([1.0]))
-    fold = bool(fold_distance(equilibrium.gamma, end.theta0, end.theta0_slope)[0] <= FOLD_TOLERANCE)
+    end = equilibrium.ends
+    fold = bool(fold_distance(equilibrium.gamma, end.theta0, end.theta0_slope) <= FOLD_TOLERANCE)
     rho, errors = found.rho, found.errors
     near_zero = np.abs(rho - 1.0) <= errors
     if fold:
         near_zero |= np.abs(rho - 1.0) == np.abs(rho - 1.0).min()
     positive = int(np.count_nonzero((rho > 1.0) & ~near_zero))
-    counted = int(unstable_count(equilibrium.gamma, equilibrium.alpha))
+    counted = equilibrium.unstable
     largest, smallest = slice(None, count), found.below
     return Spectrum(
         equilibrium=equilibrium,
@@ -327,10 +330,10 @@ def spectrum(equilibrium: Equilibrium, count: int = 6, *, lowest: int = 0) -> Sp
 def _kernel(discrete: Discrete, equilibrium: Equilibrium) -> Kernel:
     """(theta_0', theta_0'(1)), its norm by the quadrature of the grid."""
     slope = discrete.profile.theta0_slope
-    natural = float(profile(equilibrium.gamma, equilibrium.alpha, np.array([1.0])).theta0_slope[0])
+    natural = float(equilibrium.ends.theta0_slope)
     size = max(float(np.abs(slope).max()), abs(natural))
     norm = size * float(np.sqrt(discrete.grid.w @ (slope / size) ** 2 + (natural / size) ** 2))
-    return Kernel(equilibrium.gamma, equilibrium.alpha, natural / norm, norm)
+    return Kernel(equilibrium.gamma, equilibrium.alpha, natural / norm, norm, equilibrium.depth)
 
 
 def _sentences(found: Spectrum) -> list[str]:
