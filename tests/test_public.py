@@ -30,7 +30,7 @@ SIGNATURES = {
     "Specimen": "*length, *bending_stiffness=None, *youngs_modulus=None, *section=None, *retardation_time=None, "
     "*temperature=None, *mass_per_length=None, *rotary_inertia=None, *density=None",
     "Equilibrium": "gamma, alpha, material=None, specimen=None, depth=None, multiplicity=1",
-    "Shape": "function, breaks=(), words='a function of s'",
+    "Shape": "function, breaks=(), words='a function of s', paces=None",
     "Status": "ok, code, sentence",
     "Verdict": "name, holds, margin, witness, sentence",
     "Ledger": "residual, work, stored_energy, viscous_dissipation, natural_dissipation, kinetic_energy, "

@@ -179,7 +179,7 @@ DEFECTS: dict[str, tuple[Callable[[], None], Any, str, Any]] = {
     "turns are not looked at": (check_turns_between_nodes, resolution, "HALF_TURN", np.inf),
     "any shape is resolved": (check_circles, status, "LOST", np.inf),
     "the motion is not followed": (check_heavy_cantilever, "rest", "follow", only_downhill),
-    "fixed grids are not judged": (check_turns_between_nodes, runs, "on_given_nodes", lambda solution: solution),
+    "fixed grids are not judged": (check_turns_between_nodes, runs, "on_given_nodes", lambda solution, *_: solution),
     "the moment has no error": (
         lambda: check_motions_tell_their_error("weight"),
         resolution._Finer,

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from plastica.equilibria.equilibrium_set import EquilibriumSet
 from plastica.errors import ArgumentError
 from plastica.physics.initial import Shape, initial_shape, nodal_values
+from plastica.physics.narrow import met
 from plastica.physics.strut import Strut
 from plastica.units import looks_like_quantity
 
@@ -37,7 +38,7 @@ def read_shape(text: object, strut: Strut, where: str) -> tuple[Shape, float]:
     Returns
     -------
     Shape
-        As a dimensionless curvature.
+        As a dimensionless curvature, with element ends where the nodes alone would miss something.
     float
         The largest size of the shape as written, at the nodes.
 
@@ -49,7 +50,8 @@ def read_shape(text: object, strut: Strut, where: str) -> tuple[Shape, float]:
     if not isinstance(text, str) or looks_like_quantity(text):
         raise ArgumentError("must be text in s, without a unit", where=where, value=text)
     try:
-        written, grid = initial_shape(text, strut.grid, strut.scales, si=strut.specimen is not None)
+        si = strut.specimen is not None
+        written, grid = initial_shape(met(text, strut.grid, strut.scales, si=si), strut.grid, strut.scales, si=si)
         values = nodal_values(written, grid)
     except ArgumentError as error:
         raise ArgumentError(f"must be text in s ({str(error).rstrip('.')})", where=where, value=text) from None
@@ -74,11 +76,7 @@ def scaled(written: Shape, amplitude: float, strut: Strut) -> Shape:
         In the user's units, as `solve` takes it.
     """
     length = strut.scales.length
-
-    def function(s: Array) -> Array:
-        return np.asarray(amplitude * np.asarray(written.function(s / length), dtype=float) / length)
-
-    return Shape(function, tuple(b * length for b in written.breaks), f"{amplitude:g} * ({written.words})")
+    return written.scaled(1.0 / length, amplitude / length, f"{amplitude:g} * ({written.words})")
 
 
 def straight_interval(found: EquilibriumSet) -> tuple[float, float]:

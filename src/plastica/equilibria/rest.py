@@ -21,6 +21,7 @@ from plastica.physics.initial import (
     nodal_values,
 )
 from plastica.physics.model import Model
+from plastica.physics.narrow import met, missed
 from plastica.physics.resolution import too_coarse, turns_unseen
 from plastica.physics.status import Status, on_grid, status
 
@@ -40,6 +41,7 @@ FINE = 1e-10
 ALLOWED = 1e-8
 """Error of the free end, in L, that is not spoken of."""
 
+NOT_MET = " The start is narrower than the nodes tell: its free end is off by {:.1g} L."
 NOT_SHOWN = " It is not shown that the start comes to this one of the static shapes."
 
 
@@ -189,30 +191,37 @@ def rest(model: Model, curvature: Curvature = 0.0, natural_curvature: NaturalCur
         raise ArgumentError("must be a pl.Strut or a pl.Rod", where="model", value=model)
     if not model.load.is_constant:
         raise ArgumentError("must be constant for a static shape", where="load", value=model.load)
-    si = model.specimen is not None
+    si, auto = model.specimen is not None, model.grid.nodes == "auto"
+    given = met(curvature, model.grid, model.scales, si=si) if auto else curvature
     mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si, segments=model.segments)
 
-    def start(grid: Grid) -> tuple[Model, Array]:
-        shape, broken = initial_shape(curvature, grid, model.scales, si=si)
-        return model.with_grid(broken), nodal_values(shape, broken)
+    def start(grid: Grid) -> tuple[Model, Array, float]:
+        shape, broken = initial_shape(given, grid, model.scales, si=si)
+        return model.with_grid(broken), nodal_values(shape, broken), missed(shape, broken)
 
-    return settle(*start(model.grid), mu_nat) if model.grid.nodes != "auto" else _on_chosen_nodes(model, start, mu_nat)
+    if auto:
+        return _on_chosen_nodes(model, start, mu_nat)
+    strut, mu, off = start(model.grid)
+    return settle(strut, mu, mu_nat, off)
 
 
-def settle(model: Model, mu: Array, mu_nat: float | Array) -> Rest:
-    """Find the static shape downhill from a dimensionless state; see `rest`."""
+def settle(model: Model, mu: Array, mu_nat: float | Array, missed: float = 0.0) -> Rest:
+    """Find the static shape downhill from a dimensionless state, of which the nodes have `missed` some; see `rest`."""
     shape, residual, shown = follow(model, mu, mu_nat)
-    return _finished(model, mu_nat, shape, residual, words="" if shown else NOT_SHOWN)
+    words = NOT_MET.format(missed) if missed > ALLOWED else ""
+    return _finished(model, mu_nat, shape, residual, words if shown else words + NOT_SHOWN)
 
 
-def _on_chosen_nodes(model: Model, start: Callable[[Grid], tuple[Model, Array]], mu_nat: float | Array) -> Rest:
+def _on_chosen_nodes(
+    model: Model, start: Callable[[Grid], tuple[Model, Array, float]], mu_nat: float | Array
+) -> Rest:
     """Find the static shape on the smallest number of nodes that resolves it."""
     grids = [model.grid.with_nodes(nodes) for nodes in STATIC_NODES]
     starts = [start(grid) for grid in grids if grid.size <= LARGEST_SIZE] or [start(grids[0])]
     tried: list[Rest] = []
-    for strut, mu in starts:
-        tried.append(settle(strut, mu, mu_nat))
-        if _is_fine(tried[-1]):
+    for strut, mu, off in starts:
+        tried.append(settle(strut, mu, mu_nat, off))
+        if off <= ALLOWED and _is_fine(tried[-1]):
             return tried[-1]
     return min(tried, key=lambda found: (not found.status.ok, found.error, -found.model.grid.size))
 

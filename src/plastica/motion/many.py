@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.itinerary import short_changes
-from plastica.motion.members import Curvatures, Given, Thrusts, read_members
+from plastica.motion.members import Curvatures, Given, Thrusts, met_shapes, read_members
 from plastica.motion.parts import Part, Settings, join, run_part
 from plastica.motion.plan import Until, check_rtol
 from plastica.numerics.arrays import Arrays, arrays_on
@@ -167,15 +167,20 @@ def solve_many(
 
     run = _Runs(settings, arrays, int(chunk), int(workers), progress)
     auto = strut.grid.nodes == "auto"
+    if auto:
+        curvature = met_shapes(curvature, strut)
     first = given(strut.with_grid(strut.grid.with_nodes(AUTO_NODES[0])) if auto else strut)
     part = _on_chosen_nodes(run, strut, first, given) if auto else run(first)
-    return _dataset(strut, part, times, _short(first, settings.end))
+    return _dataset(strut, part, times, _short(first, settings.end, auto=auto))
 
 
-def _short(given: Given, end: float) -> tuple[str, ...]:
-    """What cannot be shown to be met of the loads of any member."""
+def _short(given: Given, end: float, *, auto: bool) -> tuple[str, ...]:
+    """What cannot be shown to be met of the loads and first states of any member."""
     struts = (given.strut.with_load(replace(given.strut.load, thrust=thrust)) for thrust in given.thrusts)
-    return tuple(dict.fromkeys(note for each in struts for note in short_changes(each, 0.0, end)))
+    loads = (note for each in struts for note in short_changes(each, 0.0, end))
+    # Of nodes that are still chosen the status of each member tells.
+    nodes = () if auto else given.narrow
+    return tuple(dict.fromkeys((*nodes, *given.unbounded, *loads)))
 
 
 def _width(arrays: Arrays, chunk: int) -> int:

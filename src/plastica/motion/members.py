@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from plastica.material.anywhere import function_of
 from plastica.material.expression import breakpoints, parse
 from plastica.physics import programs
 from plastica.physics.amounts import Amount, plain
-from plastica.physics.initial import LARGEST_CURVATURE, Curvature, Shape, initial_shape, nodal_values
+from plastica.physics.initial import LARGEST_CURVATURE, Curvature, Shape, initial_shape, nodal_values, shape_of
+from plastica.physics.narrow import met, missed, missing, unbounded
 from plastica.physics.program import Program
+from plastica.physics.status import LOST
 from plastica.physics.strut import Strut
 from plastica.units import quantity
 
-__all__ = ["Curvatures", "Given", "Thrusts", "read_members"]
+__all__ = ["Curvatures", "Given", "Thrusts", "met_shapes", "read_members"]
 
 Array = NDArray[np.float64]
 
@@ -52,6 +55,12 @@ class Given:
         What each member's program is multiplied by.
     parameters : tuple of (str, ndarray of shape (members,))
         Parameters of the material that vary.
+    missed : ndarray, shape (1 or members,)
+        How far the free end is off for what the nodes miss of the first state, in L; see `physics.narrow`.
+    narrow : tuple of str
+        What is told of that.
+    unbounded : tuple of str
+        What is told of features that no grid can be shown to meet.
     """
 
     strut: Strut
@@ -62,6 +71,9 @@ class Given:
     which: NDArray[np.intp]
     factor: Array
     parameters: tuple[tuple[str, Array], ...]
+    missed: Array
+    narrow: tuple[str, ...]
+    unbounded: tuple[str, ...]
 
     def part(self, first: int, last: int) -> Given:
         """Members first to last, excluded."""
@@ -73,6 +85,7 @@ class Given:
             self,
             count=len(some),
             mu=self.mu if self.mu.shape[0] == 1 else self.mu[some],
+            missed=self.missed if self.missed.size == 1 else self.missed[some],
             mu_nat=self.mu_nat[some],
             which=self.which[some],
             factor=self.factor[some],
@@ -113,7 +126,11 @@ def read_members(
     counts: dict[str, int] = {}
     material, varying = _parameters(model, parameters or {}, counts)
     strut = Strut(material, model.load, model.grid, model.specimen)
-    strut, mu = _shapes(strut, curvature, shape_parameters or {}, counts)
+    strut, mu, shapes = _shapes(strut, curvature, shape_parameters or {}, counts)
+    off = np.array([missed(shape, strut.grid) for shape in shapes])
+    told = _narrow(shapes, off, strut), _unbounded(shapes, strut)
+    # Of a family only some members are looked at: what those miss is told, and not put down to others.
+    off = off if off.size == mu.shape[0] else np.zeros(1)
     mu_nat = _numbers(natural_curvature, "natural_curvature", "1/m", strut, counts) * strut.scales.length
     _within(mu_nat, "natural_curvature", LARGEST_CURVATURE)
     thrusts, which, factor = _thrusts(strut, thrust, thrust_factor, counts)
@@ -123,7 +140,25 @@ def read_members(
         return np.ascontiguousarray(np.broadcast_to(values, (count,)))
 
     own = tuple((name, spread(values)) for name, values in varying)
-    return Given(strut, count, mu, spread(mu_nat), thrusts, spread(which), spread(factor), own)
+    return Given(strut, count, mu, spread(mu_nat), thrusts, spread(which), spread(factor), own, off, *told)
+
+
+def met_shapes(given: Any, strut: Strut) -> Any:
+    """Return initial curvatures with element ends where the texts are too narrow for nodes to be chosen."""
+    if isinstance(given, (list, tuple)):
+        return [met_shapes(each, strut) for each in given]
+    return met(given, strut.grid, strut.scales, si=strut.specimen is not None)
+
+
+def _narrow(shapes: Sequence[Shape], off: Array, strut: Strut) -> tuple[str, ...]:
+    """What is told of the shape of which the nodes miss most."""
+    worst = int(np.argmax(off)) if shapes else 0
+    return missing(shapes[worst], float(off[worst]), LOST, strut.scales.length) if shapes else ()
+
+
+def _unbounded(shapes: Sequence[Shape], strut: Strut) -> tuple[str, ...]:
+    """What is told of the first shape of which not all can be bounded."""
+    return tuple(islice((note for shape in shapes for note in unbounded(shape, strut.scales.length)), 1))
 
 
 def _agreed(counts: Mapping[str, int]) -> int:
@@ -222,8 +257,8 @@ def _parameters(
 
 def _shapes(
     strut: Strut, given: Any, shape_parameters: Mapping[str, Any], counts: dict[str, int]
-) -> tuple[Strut, Array]:
-    """The model on the grid that every shape needs, and the curvature at its nodes."""
+) -> tuple[Strut, Array, list[Shape]]:
+    """The model on the grid that every shape needs, the curvature at its nodes, and shapes to be looked at closely."""
     si = strut.specimen is not None
     given = _host(given)
     if isinstance(given, str) and shape_parameters:
@@ -232,7 +267,7 @@ def _shapes(
         rule = "must be given only where `curvature` is a text that names them"
         raise ArgumentError(rule, where="shape_parameters", value=dict(shape_parameters))
     if isinstance(given, np.ndarray) and given.ndim == 2:
-        return strut, _nodal(strut, given, counts)
+        return strut, _nodal(strut, given, counts), []
     many = isinstance(given, (list, tuple)) and any(isinstance(each, (str, Shape)) or callable(each) for each in given)
     shapes: list[Shape] = []
     for each in given if many else [given]:
@@ -241,7 +276,7 @@ def _shapes(
         shapes.append(shape)
     if many:
         counts["curvature"] = len(shapes)
-    return strut, np.stack([nodal_values(shape, strut.grid) for shape in shapes])
+    return strut, np.stack([nodal_values(shape, strut.grid) for shape in shapes]), shapes
 
 
 def _nodal(strut: Strut, given: NDArray[Any], counts: dict[str, int]) -> Array:
@@ -261,7 +296,7 @@ def _nodal(strut: Strut, given: NDArray[Any], counts: dict[str, int]) -> Array:
 
 def _family(
     strut: Strut, text: str, given: Mapping[str, Any], counts: dict[str, int]
-) -> tuple[Strut, Array]:
+) -> tuple[Strut, Array, list[Shape]]:
     """A text in s with parameters, which are numbers or one for each member."""
     where, length = "curvature", strut.scales.length
     expression = parse(text, variable="s", parameters=tuple(given), allow_step=True, where=where)
@@ -271,10 +306,13 @@ def _family(
     values: dict[str, Array] = {}
     for name in given:
         values[name] = _numbers(given[name], f"shape_parameters.{name}", "1", strut, counts)
-    ends = _ends(expression, {name: each[0] for name, each in values.items()}, length)
+    first = {name: float(each[0]) for name, each in values.items()}
+    looked = [first]
+    ends = _ends(expression, first, length)
     for name, each in values.items():
         for other in (each.min(), each.max()):
-            if _ends(expression, {k: (other if k == name else v[0]) for k, v in values.items()}, length) != ends:
+            looked.append(first | {name: float(other)})
+            if _ends(expression, looked[-1], length) != ends:
                 rule = "must not move the places where the shape jumps or bends: all members share one grid"
                 raise ArgumentError(
                     rule,
@@ -289,7 +327,8 @@ def _family(
     mu = np.broadcast_to(mu, (mu.shape[0], strut.grid.size))
     _check_finite(mu.ravel(), where)
     _within(mu, where, LARGEST_CURVATURE)
-    return strut, np.ascontiguousarray(mu)
+    shapes = [shape_of(expression, each, length) for each in looked]
+    return strut, np.ascontiguousarray(mu), [shape.scaled(length, length, text) for shape in shapes]
 
 
 def _ends(expression: Any, values: Mapping[str, float], length: float) -> tuple[float, ...]:

@@ -239,7 +239,8 @@ def _watch(given: Given, rtol: float) -> Watch:
     """
     grid, allowed = given.strut.grid, max(TAIL * math.sqrt(rtol), 50.0 * float(np.finfo(float).eps))
     first = np.broadcast_to(np.abs(given.mu).max(axis=1), (given.count,))
-    rough = np.broadcast_to(grid.tail(given.mu) > allowed * np.abs(given.mu).max(axis=1), (given.count,))
+    tail = (grid.tail(given.mu) > allowed * np.abs(given.mu).max(axis=1)) | (given.missed > allowed)
+    rough = np.broadcast_to(tail, (given.count,))
 
     def watch(ids: NDArray[np.intp], y: Array) -> NDArray[np.bool_]:
         mu = np.ascontiguousarray(y[:-1].T)
@@ -252,6 +253,7 @@ def _watch(given: Given, rtol: float) -> Watch:
 def _tell_unresolved(given: Given, settings: Settings, ends: Ends) -> None:
     """Put another code where the grid, which is kept, does not resolve the states that are told, or the first ones."""
     n, start = given.strut.grid.size, np.broadcast_to(given.mu, (given.count, given.strut.grid.size))
+    ends.code[(ends.code == DONE) & (given.missed > LOST)] = COARSE
     moments = [(np.zeros(given.count), start), (ends.t, ends.y[:n].T)]
     if settings.times is not None:
         looks = zip(settings.times, ends.reports, strict=True)

@@ -24,6 +24,7 @@ from plastica.physics.initial import (
 )
 from plastica.physics.kernel import Kernel
 from plastica.physics.model import Model
+from plastica.physics.narrow import met, missed, missing, swung, unbounded
 from plastica.physics.rod import Rod
 from plastica.units import quantity
 
@@ -40,6 +41,7 @@ __all__ = [
     "check_rtol",
     "make_plan",
     "make_problem",
+    "met_start",
     "rest",
 ]
 
@@ -81,6 +83,8 @@ class Problem:
     words: str
     notes: tuple[str, ...]
     first_natural: Array
+    missed: float = 0.0
+    """How far the free end is off for what the nodes miss of the first state, in L."""
 
 
 def check_rtol(rtol: object) -> None:
@@ -219,7 +223,8 @@ def make_problem(
     ArgumentError
         Where the initial data cannot be used.
     """
-    si = model.specimen is not None
+    si, off = model.specimen is not None, 0.0
+    narrow: tuple[str, ...] = ()
     if start is None:
         shape, grid = initial_shape(curvature, model.grid, model.scales, si=si)
         speed, grid = _initial_rate(curvature_rate, model, grid)
@@ -227,6 +232,7 @@ def make_problem(
         mu, words = nodal_values(shape, grid), shape.words
         mu_nat = initial_natural_curvature(natural_curvature, model.scales, si=si, segments=model.segments)
         y0 = strut.layout.pack(mu, mu_nat, None if speed is None else nodal_values(speed, grid, "curvature_rate"))
+        off, narrow = _narrow(strut, shape, speed, plan.rtol)
         first = np.array(mu_nat)
     else:
         _refuse_starts(curvature=curvature, natural_curvature=natural_curvature, curvature_rate=curvature_rate)
@@ -235,13 +241,32 @@ def make_problem(
     added = sorted(set(strut.grid.breaks) - set(model.grid.breaks))
     notes: tuple[str, ...] = ()
     if added:
-        notes = (f"element ends added at s = {', '.join(f'{b:.6g}' for b in added)} L, where the shape jumps or bends",)
+        places = ", ".join(f"{b:.6g}" for b in added)
+        notes = (f"element ends added at s = {places} L, where the shape jumps, bends or changes fast",)
+    notes += narrow
     notes += short_changes(strut, plan.t0, plan.end)
     bending = ("transverse", "couple", *(("weight",) if strut.loads.weight_angle else ()))
     across = (program for name, program in strut.loads.sources() if name in bending)
     loads = max((max(map(abs, program.extreme(plan.end))) for program in across), default=0.0)
     amplitude = max(float(np.abs(y0[: strut.layout.natural_columns.stop]).max()), loads, _swing(strut, y0))
-    return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first)
+    return Problem(strut, y0, _tolerance(atol, plan.rtol, amplitude, strut), words, notes, first, off)
+
+
+def met_start(model: Model, curvature: Curvature, curvature_rate: Curvature) -> tuple[Curvature, Curvature]:
+    """Return curvature and rate of curvature with element ends where they are too narrow for nodes to be chosen."""
+    grid, scales, si = model.grid, model.scales, model.specimen is not None
+    return met(curvature, grid, scales, si=si), met(curvature_rate, grid, scales, si=si, where="curvature_rate")
+
+
+def _narrow(strut: Model, shape: Shape, speed: Shape | None, rtol: float) -> tuple[float, tuple[str, ...]]:
+    """How far the nodes put the free end off for what they miss of the first state, in L, and what is told of it."""
+    off, length = missed(shape, strut.grid), strut.scales.length
+    told = missing(shape, off, rtol, length) + unbounded(shape, length)
+    if speed is None:
+        return off, told
+    later = missed(speed, strut.grid, swung) * _period(strut)
+    where = "curvature_rate"
+    return max(off, later), told + missing(speed, later, rtol, length, where) + unbounded(speed, length, where)
 
 
 def _refuse_starts(**starts: Curvature | NaturalCurvature) -> None:
@@ -271,8 +296,14 @@ def _swing(strut: Model, y0: Array) -> float:
     mu_t = strut.layout.mu_t(y0)
     if mu_t is None or not isinstance(strut, Rod):
         return 0.0
-    inertia = (strut.translational_inertia or 0.0) + (strut.rotary_inertia or 0.0)
-    return float(np.abs(mu_t).max()) * float(np.sqrt(inertia))
+    return float(np.abs(mu_t).max()) * _period(strut)
+
+
+def _period(strut: Model) -> float:
+    """About the time over which a rod with inertia swings: 1 over a frequency."""
+    if not isinstance(strut, Rod):
+        return 0.0
+    return float(np.sqrt((strut.translational_inertia or 0.0) + (strut.rotary_inertia or 0.0)))
 
 
 def _taken_up(model: Model, start: Solution) -> tuple[Model, Array]:

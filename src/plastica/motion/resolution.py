@@ -47,15 +47,16 @@ def coarse(strut: Model, rtol: float, size: float) -> Stop:
     return criterion
 
 
-def on_given_nodes(solution: Solution) -> Solution:
+def on_given_nodes(solution: Solution, missed: float = 0.0) -> Solution:
     """Return a solution that tells what the grid, which was not chosen for it, leaves unresolved.
 
-    The error is the largest of `end_errors` over the accepted steps; what is allowed is rtol, and rounding.
+    The error is the largest of `end_errors` over the accepted steps, or what the nodes have `missed` of the first
+    state; what is allowed is rtol, and rounding.
     """
     model, history, layout = solution.model, solution.history, solution.model.layout
     accepted = history.accepted[np.isfinite(history.y[history.accepted]).all(axis=1)]
     t, mu = history.t[accepted], layout.mu(history.y[accepted])
-    error = largest_end_error(model, t, mu)
+    error = max(largest_end_error(model, t, mu), missed)
     forces = max(float(np.abs(force).max()) for force in model.dead_force(t))
     allowed, nodes = max(solution.rtol, ROUNDING * max(1.0, forces)), model.grid.per_element
     told = error_on_grid(nodes, error, allowed)

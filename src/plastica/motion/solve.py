@@ -17,7 +17,7 @@ from plastica.motion.history import History
 from plastica.motion.integrate import Leg, Options, Stop, integrate
 from plastica.motion.itinerary import itinerary
 from plastica.motion.keeping import Keeping, keeping_in
-from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, rest
+from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, met_start, rest
 from plastica.motion.record import Counts
 from plastica.motion.resolution import coarse, on_given_nodes
 from plastica.motion.retention import Retention
@@ -152,7 +152,7 @@ def solve(
     with nullcontext() if keeping is None else keeping.held():
         if model.grid.nodes != "auto":
             problem = make_problem(model, plan, *given)
-            solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, keeping)))
+            solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, keeping)), problem.missed)
         else:
             solution = _choose_nodes(model, plan, given, progress, keeping)
     return _told_where_it_ends(solution) if plan.settle else solution
@@ -339,7 +339,8 @@ def _choose_nodes(
     """Solve with more and more nodes until the Legendre coefficients of the whole motion have decayed."""
     if keeping is not None:
         keeping.fresh()
-    tried: list[str] = []
+    curvature, rate = met_start(model, given.curvature, given.curvature_rate)
+    given, tried = given._replace(curvature=curvature, curvature_rate=rate), list[str]()
     coarsest = make_problem(model.with_grid(model.grid.with_nodes(AUTO_NODES[0])), plan, *given)
     elements = coarsest.strut.grid.elements
     candidates = [nodes for nodes in AUTO_NODES if nodes * elements <= LARGEST_SIZE] or [AUTO_NODES[0]]
@@ -348,6 +349,8 @@ def _choose_nodes(
         grid = Grid(nodes, model.grid.breaks)
         problem = make_problem(model.with_grid(grid), plan, *given)
         shortfall = too_coarse(problem.strut, problem.y0[None, :], plan.rtol)
+        if shortfall is None and problem.missed > plan.rtol:
+            shortfall = problem.missed
         if shortfall is None:
             ran = _run(problem, plan, progress, here, watch_nodes=True)
             history = ran.history
@@ -357,7 +360,7 @@ def _choose_nodes(
                 fewer = f"; too few: {', '.join(tried)}" if tried else ""
                 return _noted(_solution(problem, plan, ran), f"{nodes} nodes per element chosen: {why}{fewer}")
         tried.append(f"{nodes} ({shortfall or plan.rtol:.0e})")
-    solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, here)))
+    solution = on_given_nodes(_solution(problem, plan, _run(problem, plan, progress, here)), problem.missed)
     return _noted(
         solution, f"{nodes} nodes per element, the most tried, leave a Legendre tail of {tried[-1]}: add breaks"
     )

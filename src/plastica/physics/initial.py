@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError, shown
-from plastica.material.expression import breakpoints, parse
+from plastica.material.expression import Expression, breakpoints, parse
 from plastica.numerics.grid import Grid
 from plastica.physics.amounts import plain
 from plastica.physics.scales import Scales
 from plastica.units import looks_like_quantity, quantity
+
+if TYPE_CHECKING:
+    from plastica.physics.pace import Paces
 
 __all__ = [
     "Curvature",
@@ -25,6 +29,7 @@ __all__ = [
     "initial_shape",
     "nodal_values",
     "piecewise",
+    "shape_of",
 ]
 
 Array = NDArray[np.float64]
@@ -45,16 +50,28 @@ class Shape:
         Arc lengths at which an element must end for spectral accuracy.
     words : str
         What it is, for people.
+    paces : callable, optional
+        How fast it changes on [0, length], a function of that length; None where only samples could tell.
     """
 
     function: Callable[[Array], ArrayLike]
     breaks: tuple[float, ...] = ()
     words: str = "a function of s"
+    paces: Callable[[float], Paces] | None = field(default=None, repr=False, compare=False)
 
     def times(self, factor: float) -> Shape:
         """Return the shape with its curvature multiplied by a number."""
-        function = self.function
-        return Shape(lambda s: factor * np.asarray(function(s)), self.breaks, f"{factor:g} times ({self.words})")
+        return self.scaled(1.0, factor, f"{factor:g} times ({self.words})")
+
+    def scaled(self, along: float, factor: float, words: str) -> Shape:
+        """Return the shape that is `factor` times this one at `along` times its arc length."""
+        function, paces = self.function, self.paces
+        return Shape(
+            lambda s: factor * np.asarray(function(s * along), dtype=float),
+            tuple(b / along for b in self.breaks),
+            words,
+            None if paces is None else lambda length: paces(length * along).scaled(1.0 / along),
+        )
 
 
 Curvature = float | str | Shape | Callable[[Array], ArrayLike] | Sequence[float] | Array
@@ -101,7 +118,33 @@ def piecewise(breaks: Sequence[float], pieces: Sequence[float | str]) -> Shape:
     lower, upper = (-np.inf, *ends), (*ends, np.inf)
     inner = tuple(b for lo, hi, shape in zip(lower, upper, shapes, strict=True) for b in shape.breaks if lo < b < hi)
     words = "; ".join(shape.words for shape in shapes)
-    return Shape(function, tuple(sorted({*ends, *inner})), f"in pieces: {words}")
+    return Shape(function, tuple(sorted({*ends, *inner})), f"in pieces: {words}", _paces_in_pieces(ends, shapes))
+
+
+def _paces_in_pieces(ends: Sequence[float], shapes: Sequence[Shape]) -> Callable[[float], Paces] | None:
+    """How fast a shape in pieces changes; None where that is not known of each of them."""
+    each = [shape.paces for shape in shapes if shape.paces is not None]
+    if len(each) < len(shapes):
+        return None
+
+    def paces(length: float) -> Paces:
+        from plastica.physics.pace import joined
+
+        edges = [0.0, *(end for end in ends if 0.0 < end < length), length]
+        first = sum(end <= 0.0 for end in ends)
+        parts = zip(each[first:], pairwise(edges), strict=False)
+        return joined([piece(length).between(a, b) for piece, (a, b) in parts])
+
+    return paces
+
+
+def _constant(value: float, words: str) -> Shape:
+    def paces(length: float) -> Paces:
+        from plastica.physics.pace import Paces
+
+        return Paces(np.array([0.0, length]), np.array([np.inf]), ())
+
+    return Shape(lambda s: np.full(np.shape(s), value), (), words, paces)
 
 
 def _number(value: object, where: str) -> float:
@@ -120,20 +163,33 @@ def _shape(value: object, where: str, length: float | None = None, unit: str = "
     if isinstance(value, str):
         if looks_like_quantity(value):
             constant = quantity(value, unit, where=where, bare=False)
-            return Shape(lambda s: np.full(np.shape(s), constant), (), value)
+            return _constant(constant, value)
         return _text(value, where, length)
     if callable(value):
         return Shape(value)
     constant = _number(value, where)
-    return Shape(lambda s: np.full(np.shape(s), constant), (), f"{constant:g}")
+    return _constant(constant, f"{constant:g}")
 
 
 @lru_cache(maxsize=256)
 def _text(text: str, where: str, length: float | None) -> Shape:
     """Read a text once: sweeps and continued runs start from the same few."""
-    expression = parse(text, variable="s", allow_step=True, where=where)
-    found = breakpoints(expression, {}, None if length is None else (0.0, length))
-    return Shape(expression.vector({}), tuple(point.position for point in found), text)
+    return shape_of(parse(text, variable="s", allow_step=True, where=where), {}, length)
+
+
+def shape_of(expression: Expression, values: Mapping[str, float], length: float | None) -> Shape:
+    """Return the shape that an expression in s is, at values of its parameters; `length` is the rod's, if known."""
+    found = breakpoints(expression, values, None if length is None else (0.0, length))
+
+    @lru_cache(maxsize=2)
+    def paces(until: float) -> Paces:
+        from plastica.physics.pace import paces_of
+
+        breaks = [point.position for point in breakpoints(expression, values, (0.0, until))]
+        return paces_of(expression.tree, "s", values, breaks, until, 1.0)
+
+    breaks = tuple(point.position for point in found)
+    return Shape(expression.vector(dict(values)), breaks, expression.text, paces)
 
 
 def initial_shape(
@@ -158,18 +214,19 @@ def initial_shape(
         return _nodal(np.asarray(curvature), grid, scales.length * time, where), grid
     shape = _shape(curvature, where, scales.length, unit)
     length, factor = scales.length, scales.length * time
-    breaks = tuple(b / length for b in shape.breaks if 0.0 < b < length)
+    scaled = shape.scaled(length, 1.0, shape.words)
+    breaks = tuple(b for b in scaled.breaks if 0.0 < b < 1.0)
 
     def function(s: Array) -> Array:
         try:
-            values = np.asarray(shape.function(s * length), dtype=float)
+            values = np.asarray(scaled.function(s), dtype=float)
         except (TypeError, ValueError, ArithmeticError) as error:
             raise ArgumentError(
                 f"must take an array of arc lengths and return their curvatures ({error})", where=where
             ) from None
         return np.asarray(np.broadcast_to(values, np.shape(s)) * factor)
 
-    return Shape(function, breaks, shape.words), grid.with_breaks(breaks)
+    return Shape(function, breaks, shape.words, scaled.paces), grid.with_breaks(breaks)
 
 
 def _nodal(values: NDArray[np.generic], grid: Grid, factor: float, where: str) -> Shape:

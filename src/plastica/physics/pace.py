@@ -21,7 +21,7 @@ from plastica.material.expression import symbol
 from plastica.physics.polyline import near
 from plastica.physics.program import BURST
 
-__all__ = ["Paces", "paces_of"]
+__all__ = ["Paces", "joined", "paces_of"]
 
 Array: TypeAlias = NDArray[np.float64]
 Span: TypeAlias = tuple[float, float]
@@ -80,12 +80,28 @@ class Paces:
     @cached_property
     def turns(self) -> tuple[float, ...]:
         """The times at which the pace changes so much that a step must end there."""
+        return self.changes(MOST_STRETCHES)
+
+    def changes(self, most: int) -> tuple[float, ...]:
+        """Return where the pace changes so much that a step or an element must end there: at most so many places."""
         ratio = BURST
         while True:
             found = self._turns(ratio)
-            if len(found) <= MOST_STRETCHES:
+            if len(found) <= most:
                 return tuple(found)
             ratio *= 2.0
+
+    def scaled(self, factor: float) -> Paces:
+        """Return the paces of the same formula over a variable that is `factor` times as large."""
+        spans = tuple((low * factor, high * factor) for low, high in self.hidden)
+        return Paces(self.edges * factor, self.steps * factor, spans)
+
+    def between(self, a: float, b: float) -> Paces:
+        """Return the part on [a, b]."""
+        inside = (self.edges[:-1] < b) & (self.edges[1:] > a)
+        edges = np.clip(np.append(self.edges[:-1][inside], b), a, b)
+        spans = tuple((max(low, a), min(high, b)) for low, high in self.hidden if low < b and high > a)
+        return Paces(edges, self.steps[inside], spans)
 
     def _turns(self, ratio: float) -> list[float]:
         found: list[float] = []
@@ -138,6 +154,13 @@ def paces_of(
         if fn.depends(term, symbol(variable)):
             search.term(term, inner)
     return search.found(inner)
+
+
+def joined(parts: Sequence[Paces]) -> Paces:
+    """Return the paces of what is one formula after another, each on its own stretch."""
+    edges = [*(part.edges[:-1] for part in parts), parts[-1].edges[-1:]]
+    spans = tuple(span for part in parts for span in part.hidden)
+    return Paces(np.concatenate(edges), np.concatenate([part.steps for part in parts]), spans)
 
 
 @dataclass(eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from plastica.errors import ArgumentError, shown
 from plastica.material.admissibility import Verdict
 from plastica.motion.dataset import VARIABLES
 from plastica.motion.itinerary import itinerary
-from plastica.motion.plan import Plan, Problem, make_plan, make_problem
+from plastica.motion.plan import Plan, Problem, make_plan, make_problem, met_start
 from plastica.motion.solution import Solution
 from plastica.motion.solve import MOST_STEPS
 from plastica.numerics.grid import AUTO_NODES, LARGEST_SIZE
@@ -119,6 +120,9 @@ def first_problem(model: Model, made: Plan, start: Start, atol: float | None, pr
     auto = model.grid.nodes == "auto"
     found: list[Problem] = []
     with sorted_under(problems, "initial"), np.errstate(all="ignore"):
+        curvature, rate = start.curvature, start.curvature_rate
+        if auto:
+            curvature, rate = met_start(model, curvature, rate)
         for nodes in AUTO_NODES if auto else (model.grid.per_element,):
             if found and nodes * found[0].strut.grid.elements > LARGEST_SIZE:
                 most = LARGEST_SIZE // AUTO_NODES[-1]
@@ -126,18 +130,9 @@ def first_problem(model: Model, made: Plan, start: Start, atol: float | None, pr
                 problems.add(("grid", "nodes"), f"{rule} Write nodes = 16, or take fewer breaks.")
                 break
             chosen = model.with_grid(model.grid.with_nodes(nodes)) if auto else model
-            found.append(
-                make_problem(
-                    chosen,
-                    made,
-                    start.curvature,
-                    start.natural_curvature,
-                    atol,
-                    start.solution,
-                    start.curvature_rate,
-                )
-            )
-    return found[0] if found else None
+            found.append(make_problem(chosen, made, curvature, start.natural_curvature, atol, start.solution, rate))
+    # What nodes miss is told of the most that may be chosen.
+    return replace(found[0], notes=found[-1].notes) if found else None
 
 
 def available_variables(model: Model) -> tuple[str, ...]:

@@ -125,12 +125,7 @@ def amplified(model: Model, curvature: Curvature, factor: float) -> Shape:
     """Return an initial curvature times a factor."""
     scales, si = model.scales, model.specimen is not None
     shape, _ = initial_shape(curvature, model.grid, scales, si=si)
-    length = scales.length
-
-    def function(s: Array) -> Array:
-        return factor * np.asarray(shape.function(s / length)) / length
-
-    return Shape(function, tuple(b * length for b in shape.breaks), f"{factor:g} times ({shape.words})")
+    return shape.scaled(1.0 / scales.length, factor / scales.length, f"{factor:g} times ({shape.words})")
 
 
 def _put(data: dict[str, Any], path: tuple[str, ...], value: Any) -> None:
