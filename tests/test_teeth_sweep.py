@@ -226,6 +226,16 @@ def re_without_limits() -> Any:
     return SimpleNamespace(escape=re.escape, compile=lambda text: re.compile(text.replace("{8}", "+.*")))
 
 
+def all_is_there(sound: Any) -> Any:
+    """Once something has been computed, nothing is missing."""
+
+    def wrong(store: Store) -> list[int]:
+        missing: list[int] = sound(store)
+        return missing if len(missing) == test_sweep_store.CHUNKS else []
+
+    return wrong
+
+
 DEFECTS: dict[str, Callable[[Patch], None]] = {
     "existence taken for content": spoil_existence,
     "a digest of nothing": spoil_digest,
@@ -234,7 +244,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a chunk that is none stops all": replacing(
         Store, "_read", lambda sound: lambda self, *where: refusing(sound(self, *where))
     ),
-    "all is there": replacing(Store, "missing", lambda _: lambda self: []),
+    "all is there": replacing(Store, "missing", all_is_there),
     "keys that nobody compares": replacing(sweep_differences, "_unlike", lambda _: lambda *both: iter(())),
     "any sweep will do": replacing(sweep_create, "_taken_up", lambda _: lambda target, made: open_store(target)),
     "a writer that gives up": lambda patch: patch.setattr(Store, "write", Store._write),
@@ -255,7 +265,13 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a protocol of nobody's": replacing(
         sweep_cluster, "_ADDRESS", lambda sound: re.compile(sound.pattern.replace("tcp|", "tcp|foo|"))
     ),
-    "a silent wait": replacing(sweep_cluster, "_await", lambda _: lambda waiting, client, lonely: None),
+    "a wait for nobody knows whom": replacing(
+        sweep_engines,
+        "on_dask",
+        lambda sound: lambda store, chunks, workers, scheduler, waits: sound(
+            store, chunks, workers, scheduler, lambda whom: waits("somebody")
+        ),
+    ),
     "a member that poisons its neighbours": replacing(sweep_tasks, "compute_together", poisoned),
     "members in another order": replacing(
         sweep_tasks, "compute_together", lambda sound: lambda made, v: sound(made, v[::-1])
@@ -338,7 +354,7 @@ TEETH = [
     ("what is wanted is checked first", "any folder will do"),
     ("addresses are judged", "any address will do"),
     ("addresses are judged", "a protocol of nobody's"),
-    ("the wait for workers is told", "a silent wait"),
+    ("the wait for workers is told", "a wait for nobody knows whom"),
     ("members do not touch one another", "a member that poisons its neighbours"),
     ("members are as they are alone", "members in another order"),
     ("amplitudes are as they are alone", "the amplitude left out"),
