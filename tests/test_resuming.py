@@ -78,7 +78,19 @@ def doubled(paths: list[Path], i: int) -> None:
     shutil.copyfile(paths[i - 1], paths[i])
 
 
-DAMAGES = (truncated, flipped, altered, missing, swapped, doubled)
+def _in_the_directory(offset: int, bit: int) -> Callable[[list[Path], int], None]:
+    def damage(paths: list[Path], i: int) -> None:
+        data = bytearray(paths[i].read_bytes())
+        data[data.rfind(b"PK\x01\x02") + offset] ^= bit
+        paths[i].write_bytes(data)
+
+    return damage
+
+
+encrypted, of_a_later_version = _in_the_directory(8, 1), _in_the_directory(6, 0x40)
+encrypted.__name__, of_a_later_version.__name__ = "encrypted", "of a later version"
+
+DAMAGES = (truncated, flipped, altered, missing, swapped, doubled, encrypted, of_a_later_version)
 
 
 def check_damage(folder: Path, damage: Callable[[list[Path], int], None], places: slice = slice(None)) -> None:

@@ -39,6 +39,8 @@ PULSES = {
     "root": "{h}*exp(-sqrt(((t - {a})/{w})**2 + 0.01))",
     "power": "{h}*(1 + ((t - {a})/{w})**4)**-1.5",
     "burst": "{h}*sin((t - {a})/(0.05*{w}))*step(t - {a} + {w})*step({a} + {w} - t)",
+    "size of a bell": "{h}*abs(exp(-((t - {a})/{w})**2))",
+    "positive part of a bell": "{h}*pos(exp(-((t - {a})/{w})**2))**1.5",
     "two": "{h}*exp(-((t - {a})/{w})**2) - {h}/cosh((t - 0.3*{a})/{w})",
 }
 
@@ -130,6 +132,19 @@ def check_breaks_within() -> None:
     assert [knot.t for knot in program.knots(20.0)] == [2.0, 5.0, 7.0, 8.0]
     assert program.settled == 11.0
     assert Text("pos(pos(t - 1) - 1)").settled is None
+
+
+def check_pace_of(text: str, least: float) -> None:
+    """What bends gently is not followed with steps that are short for no reason, nor next to where it does not bend."""
+    program = Text(text)
+    ends = [0.0, *program.bursts(20.0), 20.0]
+    count = sum((b - a) / min(step, b - a) for step, (a, b) in zip(program.paces(ends), pairwise(ends), strict=True))
+    assert count <= 20.0 / least
+
+
+@pytest.mark.parametrize("text", ["sin(t)**3", "t**2*exp(-t)", "exp(-(t - 3)**2)", "tanh(t - 3)", "sin(t)*sin(3*t)"])
+def test_steps_are_as_long_as_the_formula_lets_them(text: str) -> None:
+    check_pace_of(text, 0.05)
 
 
 def test_breaks_within_an_argument_are_known() -> None:

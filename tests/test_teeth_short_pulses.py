@@ -23,6 +23,8 @@ CHECKS: dict[str, Callable[[Path], None]] = {
     "bounds": lambda _: test_short_pulses.check_enclosed("exp(-(t - 1)**2) + cos(t)", -2.0, 3.5),
     "a bell is met": lambda _: test_short_pulses.check_met("bell", 217.3, 1e-5, 400.0),
     "a wave beside it is no cover": lambda _: test_short_pulses.check_met("on a slow wave", 217.3, 1e-3, 400.0),
+    "the size of a bell is met": lambda _: test_short_pulses.check_met("size of a bell", 217.3, 1e-5, 400.0),
+    "long steps": lambda _: test_short_pulses.check_pace_of("sin(t)**3", 0.05),
     "a parabola is met": lambda _: test_short_pulses.check_met("parabola", 217.3, 1e-5, 400.0),
     "breaks within": lambda _: test_short_pulses.check_breaks_within(),
     "what a pulse leaves": lambda _: test_short_pulses.check_known_pulse(32.5),
@@ -51,6 +53,27 @@ def sampled(sound: Any) -> Any:
     return pace_
 
 
+def signed(sound: Any) -> Any:
+    """An argument that is 0 at home is 0 on the whole piece."""
+
+    def bounds(name: str, a: Any, home: Any) -> Any:
+        found = sound(name, a, home)
+        nought = np.zeros_like(a[0]) if home is None else home
+        return tuple(np.where((nought == 0.0) & (home is not None), 0.0, each) for each in found)
+
+    return bounds
+
+
+def no_longer_than_pieces(sound: Any) -> Any:
+    """No step is longer than a tenth of the piece that it is in."""
+
+    def pace_(formulas: Any, points: Any, slope: Any, bend: Any, width: Any, extent: float) -> Any:
+        steps, shown = sound(formulas, points, slope, bend, width, extent)
+        return np.minimum(steps, 0.1 * width), shown
+
+    return pace_
+
+
 def stepped_over(patch: Patch) -> None:
     """Neither stops nor a longest step."""
     patch.setattr(Text, "bursts", lambda self, until: ())
@@ -68,6 +91,8 @@ TEETH: list[tuple[str, str, Callable[[Patch], None]]] = [
     ("a bell is met", "samples believed", replacing(pace, "_pace", sampled)),
     ("a bell is met", "any step", replacing(Paces, "longest", lambda _: lambda self, a, b: math.inf)),
     ("a wave beside it is no cover", "samples believed", replacing(pace, "_pace", sampled)),
+    ("the size of a bell is met", "the sign of 0 taken for known", replacing(enclosure, "_broken", signed)),
+    ("long steps", "a piece is a step", replacing(pace, "_pace", no_longer_than_pieces)),
     ("a parabola is met", "no breaks within", replacing(pace, "_zeros", lambda _: lambda *a: [])),
     ("breaks within", "only of lines", replacing(expression, "_zeros_of_lines", lambda _: lambda *a: None)),
     ("what a pulse leaves", "stepped over", stepped_over),

@@ -46,7 +46,7 @@ class Enclosure:
             The ends of the intervals.
         home : ndarray, optional
             For each interval a point of the piece, free of breaks, that it belongs to: every pos, abs and step is then
-            on the branch that it has there. nan where that is not known.
+            on the branch that it has there. nan where that is not known; nor is it where the argument is 0 there.
 
         Returns
         -------
@@ -229,7 +229,8 @@ def _broken(name: str, a: Bounds, home: Array | None) -> Bounds:
         branch = np.where(home > 0.0, a[0], 0.0), np.where(home > 0.0, a[1], 0.0)
     else:
         branch = function(home), function(home)
-    unknown = np.isnan(home)
+    # An argument that is 0 there has no sign: what is so small that rounding makes it 0 may still rise elsewhere.
+    unknown = np.isnan(home) | (home == 0.0)
     return np.where(unknown, found[0], branch[0]), np.where(unknown, found[1], branch[1])
 
 

@@ -16,8 +16,10 @@ import hashlib
 import json
 import math
 import re
+import struct
 import time
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -41,6 +43,10 @@ OURS = re.compile(rf"legs-\d{{6,}}\.npz|\.legs-\d{{6,}}\.[a-z0-9_]{{8}}\.npz({re
 
 MOST_WAITING = 2**26
 """Bytes of states that wait to be written at the most, however far apart segments shall be."""
+
+
+UNREADABLE = (zipfile.BadZipFile, RuntimeError, zlib.error, struct.error)
+"""What the library of archives raises where one bit of its headers is turned: "encrypted", "version", "compression"."""
 
 
 def fingerprint(problem: dict[str, Any], *arrays: np.ndarray) -> str:
@@ -139,7 +145,7 @@ class Checkpoint:
             identity, follows, seal = (str(arrays[name]) for name in ("identity", "follows", "seal"))
             sound = seal == _seal({name: each for name, each in arrays.items() if name != "seal"})
             legs = [_leg(arrays, i) for i in range(int(arrays["count"]))]
-        except (OSError, ValueError, TypeError, KeyError, EOFError, MemoryError, zipfile.BadZipFile):
+        except (*UNREADABLE, OSError, ValueError, TypeError, KeyError, EOFError, MemoryError):
             return None
         if sound and identity != self.identity:
             raise FileError(

@@ -23,6 +23,9 @@ STEPS = 4.0
 """Steps of the pace on a piece, of which 16 Gauss nodes leave nothing."""
 
 MOST_PIECES = 4000
+FAST = 16.0
+"""Neighbours that change at most so much more slowly belong to the same feature."""
+
 ROUNDING = 100.0 * float(np.finfo(float).eps)
 
 FINE = 1e-10
@@ -147,9 +150,13 @@ def missing(shape: Shape, off: float, allowed: float, length: float, where: str 
     if shape.paces is None or off <= allowed:
         return ()
     paces = shape.paces(1.0)
+    # The middle of the stretch about the fastest piece that is fast throughout.
     at = int(np.argmin(paces.steps))
+    slow = np.flatnonzero(paces.steps > FAST * paces.steps[at])
+    first = int(slow[slow < at].max(initial=-1)) + 1
+    last = int(slow[slow > at].min(initial=paces.steps.size))
     by = f"by {off:.1g} L" if np.isfinite(off) else "by any amount"
-    place = f"{0.5 * (paces.edges[at] + paces.edges[at + 1]) * length:.6g}"
+    place = f"{0.5 * (paces.edges[first] + paces.edges[last]) * length:.6g}"
     return (
         f"{where}: too narrow in places for these nodes, which put the initial free end off {by}; it changes fastest "
         f'near s = {place}; take nodes = "auto", or put breaks on both sides of that',

@@ -46,6 +46,9 @@ NEGLIGIBLE: Final = 1e-11
 BENT: Final = 1e-9
 """The same for what a formula can push beside the straight line through a piece."""
 
+BOW: Final = 1.0 / 32.0
+"""The share of the range of a formula, at most of 1, by which it may part from a straight line in such a step."""
+
 MOST_STRETCHES: Final = 1000
 _SAMPLES: Final = 24
 _EPS: Final = float(np.finfo(float).eps)
@@ -301,8 +304,8 @@ def _pace(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Longest steps on pieces, and whether they are shown to overlook nothing.
 
-    The time scale is that in which the slope changes as much as it is seen to: at the fastest that it can on a piece
-    that is evenly fast, at the fastest that is seen where the piece is shown to hold no more.
+    The time scale is that in which the slope changes as much as it is seen to, or by its own size: at the fastest that
+    it can on a piece that is evenly fast, at the fastest that is seen where the piece is shown to hold no more.
     """
     seen = formulas[1].at(points)
     spread = seen.max(axis=1) - seen.min(axis=1)
@@ -312,11 +315,15 @@ def _pace(
     straight = steepest * width <= 8.0 * _EPS * np.maximum(np.abs(slope[0]), np.abs(slope[1]))
     slow = (steepest * width <= 4.0 * spread) & (spread > 0.0)
     even = (4.0 * eighths >= steepest[:, None]).all(axis=1) & (spread > 0.0)
-    # Bounds are too wide near what is straight: where they allow no push to speak of, the piece itself is a step.
+    # Bounds are too wide near what is straight. Where they allow no push to speak of, a step may be so long that the
+    # formula, bent like that throughout, would part from a straight line by a small share of its range.
     flat = steepest * width**3 <= 8.0 * BENT * extent
-    least, likely = 0.5 * spread / steepest, 0.5 * spread / eighths.max(axis=1)
+    gentle = np.maximum(4.0 * width, np.sqrt(2.0 * BOW * extent / steepest))
+    # Next to a point of inflection the slope changes little on a short piece: its size is the measure there.
+    varied = np.maximum(spread, np.abs(seen).max(axis=1))
+    least, likely = 0.5 * varied / steepest, 0.5 * varied / eighths.max(axis=1)
     pace = np.where(slow, np.clip(likely, least, np.maximum(width, least)), np.where(even, least, likely))
-    pace = np.where(straight, np.inf, np.where(flat, np.fmax(pace, 4.0 * width), pace))
+    pace = np.where(straight, np.inf, np.where(flat, np.fmax(pace, gentle), pace))
     return pace, bounded & (straight | flat | slow | even)
 
 
