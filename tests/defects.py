@@ -201,7 +201,7 @@ def single_precision(sound: Any) -> Any:
         whole = sound(archive, i)
         history = whole.history
         rounded = history.y.astype(np.float32).astype(float)
-        return replace(whole, history=History(history.t, rounded, history.first, history.rest))
+        return replace(whole, history=History(history.t, rounded, history.first))
 
     return leg
 
@@ -219,12 +219,12 @@ def slower_growth(sound: Any) -> Any:
 def early_right_limit(sound: Any) -> Any:
     """At a jump the load is had from the side that does not belong to the leg."""
 
-    def between(self: Any, a: float, b: float, origin: float) -> Any:
-        if isinstance(piece := sound(self, a, b, origin), float):
+    def on(self: Any, a: float, b: float) -> Any:
+        if isinstance(piece := sound(self, a, b), float):
             return float(self.at(np.array([b]))[0])
         return piece
 
-    return between
+    return on
 
 
 DEFECTS: dict[str, Callable[[Patch], None]] = {
@@ -258,7 +258,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "digest of nothing": replacing(store, "_digest", lambda sound: lambda file: "0"),
     "checkpoint in single precision": replacing(checkpoint, "_leg", single_precision),
     "checkpoint of any run": replacing(keeping, "fingerprint", lambda sound: lambda *a: "the same"),
-    "the other side of a jump": replacing(polyline.Polyline, "_between", early_right_limit),
+    "the other side of a jump": replacing(polyline.Polyline, "on", early_right_limit),
     "half the variation": replacing(polyline.Polyline, "variation", lambda f: lambda self, t: 0.5 * f(self, t)),
     "distributed load by L**2": replacing(scales.Scales, "distributed", lambda sound: scales.Scales.force),
     "mirror forgets the couple": replacing(
