@@ -32,16 +32,6 @@ def replacing(place: Any, name: str, made: Callable[[Any], Any]) -> Callable[[Pa
     return spoil
 
 
-def both(*spoils: Callable[[Patch], None]) -> Callable[[Patch], None]:
-    """Several defects at once."""
-
-    def spoil(patch: Patch) -> None:
-        for each in spoils:
-            each(patch)
-
-    return spoil
-
-
 def rate(change: Change) -> Callable[[Patch], None]:
     """A defect of the fast right-hand side: `change` gets (strut, t, y, dy/dt) and spoils the last."""
 
@@ -236,7 +226,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a digit of the thrust": couple(lambda strut, t, theta, sound: sound * (1.0 + 1e-4)),
     "the couple taken at s = 0": couple(lambda strut, t, theta, sound: np.full_like(sound, sound[0])),
     "a digit of the elastic rate": rate(faster_fading),
-    "no threshold": both(rate(no_threshold), replacing(integrate._Recorder, "frozen", thawed)),
+    "no threshold": rate(no_threshold),
     "flow to one side only": rate(one_sided),
     "flow against the drive": rate(against_the_drive),
     "a flow uneven by ulps": rate(uneven),

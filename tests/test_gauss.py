@@ -257,7 +257,7 @@ class OnePolynomial(DenseOutput):  # type: ignore[misc]  # SciPy has no types
 
     def __init__(self, first: Any, second: Any, end: Array) -> None:
         super().__init__(first.t_old, second.t)
-        self.first, self.second, self.end = first, second, end
+        self.end = end
         halves = [part.start + part.increments for part in (first, second)]
         nodes = np.concatenate([0.5 * first.nodes, 0.5 + 0.5 * first.nodes, [1.0]])
         self.through = BarycentricInterpolator(nodes, np.vstack([*halves, end]))

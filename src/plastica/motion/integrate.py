@@ -320,7 +320,7 @@ def _walk(
             return trouble
         dense = solver.dense_output()
         if lookout(dense, last, before, after, record.moving):
-            found = first_switch(kern, dense, lower, upper, (before, after), record.moving)
+            found = first_switch(kern, dense, lower, upper, record.moving)
             if found is not None and found[0] > 0.0:
                 if found[0] > lower:
                     record.add(dense, lower, found[0], dense(found[0]))

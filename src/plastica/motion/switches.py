@@ -119,9 +119,7 @@ def _largest() -> Array:
     return np.asarray(1.01 * np.abs(values).max(axis=1))
 
 
-def first_switch(
-    kern: Kernel, dense: Any, lower: float, upper: float, ends: Sequence[Sequence[float]], moving: Flags
-) -> tuple[float, Flags] | None:
+def first_switch(kern: Kernel, dense: Any, lower: float, upper: float, moving: Flags) -> tuple[float, Flags] | None:
     """Return the time of the first switch on a step and what moves after it; None where nothing switches.
 
     Parameters
@@ -132,8 +130,6 @@ def first_switch(
         The state on the step.
     lower, upper : float
         Ends of the step.
-    ends : sequence of two
-        Excess of the states between which the step was taken: the dense output meets them but for rounding.
     moving : tuple of bool
         What moves at its beginning.
 
@@ -146,12 +142,10 @@ def first_switch(
     states = np.ascontiguousarray(dense(times).T)
     drive, barrier = kern.drives.sides(states)
     excess = np.abs(drive) - barrier
-    # What has just stopped is at its threshold, and the dense output may be beyond it where the state is not.
-    strayed = np.abs(excess[[0, -1]] - ends).max(axis=0)
-    noise = ROUNDING * (np.abs(drive) + barrier) + strayed
+    noise = ROUNDING * (np.abs(drive) + barrier)
     # At the ends the sign decides, as it does for those who look at the ends alone.
     noise[[0, -1]] = 0.0
-    excess[[0, -1]] = ends
+    excess[[0, -1]] = [kern.excess(states[0]), kern.excess(states[-1])]
     yields = excess > noise
     found = {
         j: t for j, moves in enumerate(moving) if (t := _switch(kern, dense, times, yields[:, j], moves, j)) is not None
