@@ -13,7 +13,7 @@ import plastica as pl
 from plastica import units
 from plastica.material import admissibility, functions, reader
 from plastica.material import material as laws
-from plastica.motion import checkpoint, integrate, keeping, store, switches
+from plastica.motion import checkpoint, integrate, keeping, store
 from plastica.motion.history import History
 from plastica.physics import bounds, initial, kernel, ledger, load, polyline, scales
 from plastica.physics.strut import Strut
@@ -236,7 +236,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "no slope of the drive in the Jacobian": jacobian(0, 0),
     "no coupling in the Jacobian": jacobian(-1, 0),
     "no natural dissipation in the Jacobian": jacobian(3, 0),
-    "switches at the end of the step": replacing(switches, "_located", late_switch),
+    "switches at the end of the step": replacing(integrate, "_switch", late_switch),
     "frozen but for its last step": replacing(integrate._Recorder, "frozen", thawed),
     "potential of the other sign": replacing(ledger, "potential", lambda sound: lambda *a: -sound(*a)),
     "half the energy in the bound": replacing(bounds, "bounds_of_energy", less_energy),

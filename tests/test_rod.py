@@ -40,17 +40,16 @@ def condition(made: pl.Strut | pl.Rod) -> float:
 def check_kernel(made: pl.Strut | pl.Rod, t: float = 0.8) -> None:
     """The fast right-hand side equals `rate` and `spending`; each column of its Jacobian is the difference of it."""
     kern, layout = kernel(made, 0.7, 1.0), made.layout
-    since = t - kern.start
     y = layout.pack(*state_of(made))
     slow, magnified = readable(made, t), EPS * condition(made)
-    fast = kern.rate(since, y)
+    fast = kern.rate(t, y)
     for columns in (slice(0, layout.nodes), layout.natural_columns, layout.ledger_columns, layout.rate_columns):
         parts = slow[columns]
         if parts.size:
             assert np.abs(fast[columns] - parts).max() <= 16.0 * magnified * max(1.0, float(np.abs(parts).max()))
-    jacobian, step = kern.jacobian(since, y), 1e-6
+    jacobian, step = kern.jacobian(t, y), 1e-6
     for j, unit in enumerate(np.eye(layout.size)):
-        differences = (kern.rate(since, y + step * unit) - kern.rate(since, y - step * unit)) / (2.0 * step)
+        differences = (kern.rate(t, y + step * unit) - kern.rate(t, y - step * unit)) / (2.0 * step)
         scale = np.abs(jacobian[:, j]).max() + np.abs(fast).max()
         assert np.abs(differences - jacobian[:, j]).max() <= (1e-8 + magnified / step) * scale
 

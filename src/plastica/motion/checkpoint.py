@@ -161,8 +161,7 @@ def _arrays(identity: str, follows: str, legs: Sequence[Leg]) -> dict[str, np.nd
     for i, leg in enumerate(legs):
         described = (leg.ending, leg.moving, leg.moving_next, leg.message, leg.rates, leg.jacobians)
         arrays[f"leg{i}"] = np.array(json.dumps(described))
-        arrays[f"t{i}"], arrays[f"rest{i}"] = leg.history.t, leg.history.rest
-        arrays[f"y{i}"], arrays[f"first{i}"] = leg.history.y, leg.history.first
+        arrays[f"t{i}"], arrays[f"y{i}"], arrays[f"first{i}"] = leg.history.t, leg.history.y, leg.history.first
     return arrays
 
 
@@ -190,7 +189,7 @@ def _read(path: Path) -> dict[str, np.ndarray]:
 
 def _leg(arrays: Mapping[str, np.ndarray], i: int) -> Leg:
     ending, moving, moving_next, message, rates, jacobians = json.loads(str(arrays[f"leg{i}"]))
-    history = History(*(arrays[f"{name}{i}"] for name in ("t", "y", "first", "rest")))
+    history = History(arrays[f"t{i}"], arrays[f"y{i}"], arrays[f"first{i}"])
     return Leg(history, cast(Ending, ending), tuple(moving), tuple(moving_next), message, rates, jacobians)
 
 

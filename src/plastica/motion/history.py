@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plastica.errors import ArgumentError
-from plastica.motion.instant import Instant
 
 __all__ = ["History", "chebyshev_points"]
 
@@ -45,18 +44,11 @@ class History:
         States at the nodes.
     first : ndarray of int, shape (steps + 1,)
         Where each step's nodes begin, and m at the end. Of very long runs only some steps are kept: see `gaps`.
-    rest : ndarray, shape (m,)
-        What the nodes' times are beyond `t`, by less than doubles tell there; by default 0.
     """
 
     t: Array
     y: Array
     first: NDArray[np.int64]
-    rest: Array = field(default_factory=lambda: np.zeros(0))
-
-    def __post_init__(self) -> None:
-        if self.rest.size != self.t.size:
-            object.__setattr__(self, "rest", np.zeros(self.t.size))
 
     @property
     def steps(self) -> int:
@@ -74,19 +66,14 @@ class History:
         return float(self.t[-1])
 
     @property
-    def last(self) -> Instant:
-        """Last time, to more than a double tells."""
-        return Instant(float(self.t[-1]), float(self.rest[-1]))
-
-    @property
     def accepted(self) -> NDArray[np.int64]:
         """Indices of the initial state and of the accepted states; shape (steps + 1,)."""
         return np.concatenate([[0], self.first[1:] - 1])
 
     @classmethod
-    def at_rest(cls, start: Instant, y: Array) -> History:
+    def at_rest(cls, t: float, y: Array) -> History:
         """The history of a run that did not take a step."""
-        return cls(np.array([start.t]), y[None, :].copy(), np.array([0], dtype=np.int64), np.array([start.rest]))
+        return cls(np.array([t]), y[None, :].copy(), np.array([0], dtype=np.int64))
 
     @classmethod
     def join(cls, parts: Sequence[History]) -> History:
@@ -101,7 +88,6 @@ class History:
             np.concatenate([part.t for part in parts]),
             np.concatenate([part.y for part in parts]),
             np.concatenate([*first, [size]]).astype(np.int64),
-            np.concatenate([part.rest for part in parts]),
         )
 
     def only(self, kept: NDArray[np.bool_]) -> History:
@@ -114,7 +100,7 @@ class History:
         """
         nodes = np.repeat(kept, np.diff(self.first))
         first = np.concatenate([[0], np.cumsum(np.diff(self.first)[kept])]).astype(np.int64)
-        return History(self.t[nodes], self.y[nodes], first, self.rest[nodes])
+        return History(self.t[nodes], self.y[nodes], first)
 
     @cached_property
     def gaps(self) -> tuple[Array, Array]:
@@ -174,7 +160,7 @@ class History:
         if self.steps == 0:
             return np.repeat(self.y[:1], query.size, axis=0)
         query = self._kept(query)
-        step = self._steps(query)
+        step = np.searchsorted(self.t[self.first[1:] - 1], query, side="left")
         out = np.empty((query.size, self.y.shape[1]))
         degree = np.diff(self.first) - 1
         for d in np.unique(degree[step]):
@@ -183,28 +169,13 @@ class History:
                 out[chosen] = self._polynomials(int(d), self.first[step[chosen]], query[chosen])
         return out
 
-    def _steps(self, query: Array) -> NDArray[np.intp]:
-        """The first step that reaches each query; of several that end within rounding of it, by what rounding took."""
-        ends, rest = self.t[self.first[1:] - 1], self.rest[self.first[1:] - 1]
-        step = np.searchsorted(ends, query, side="left")
-        while True:
-            short = (step + 1 < self.steps) & (ends[step] == query) & (rest[step] < 0.0)
-            short[short] = ends[step[short] + 1] == query[short]
-            if not short.any():
-                return step
-            step[short] += 1
-
     def _polynomials(self, degree: int, first: NDArray[np.int64], query: Array) -> Array:
         """Barycentric interpolation at each query on the step whose nodes begin at `first`."""
-        t, rest = self.t, self.rest
-        lower, upper = t[first], t[first + degree]
-        length = (upper - lower) + (rest[first + degree] - rest[first])
-        place = np.clip(((query - lower) - rest[first]) / length, 0.0, 1.0)
-        difference = place[:, None] - chebyshev_points(degree)
+        lower, upper = self.t[first], self.t[first + degree]
+        difference = ((query - lower) / (upper - lower))[:, None] - chebyshev_points(degree)
         # The ends are hit often (they are the accepted states) and must come out bitwise.
-        apart = lower < upper
-        difference[apart & (query == lower), 0] = 0.0
-        difference[apart & (query == upper), -1] = 0.0
+        difference[query == lower, 0] = 0.0
+        difference[query == upper, -1] = 0.0
         on_node = difference == 0.0
         difference[on_node] = 1.0
         terms = _barycentric_weights(degree) / difference

@@ -67,7 +67,7 @@ class Keeping:
         """
         described = {
             "model": model_to_dict(problem.strut),
-            "plan": [plan.t0, plan.end, plan.settle, plan.rtol, plan.method, plan.max_steps, *plan.others],
+            "plan": [plan.t0, plan.end, plan.settle, plan.rtol, plan.method, plan.max_steps],
             "versions": [__version__, np.__version__, scipy.__version__],
         }
         identity = fingerprint(described, problem.y0, problem.atol)

@@ -71,13 +71,6 @@ class Plan:
     times: Array | None
     """Times of the dataset in the user's units, as given."""
     max_steps: int
-    others: tuple[str, ...] = ()
-    """Methods that go on in turn where the one before gives up; none where the method was chosen by name."""
-
-    def method_after(self, failures: int) -> str | None:
-        """The method that follows after so many have given up; None where none is left."""
-        methods = (self.method, *self.others)
-        return methods[failures] if failures < len(methods) else None
 
 
 @dataclass(frozen=True)
@@ -140,22 +133,20 @@ def make_plan(
     end = _settling_end(model, t0) if settle else _end(until, model, t0)
     if not model.load.is_constant:
         model.load.check(end * model.scales.time)
-    chosen, *others = _methods(model) if method == "auto" else (method,)
-    asked = _times(times, model, t0, end)
-    return Plan(t0, end, settle, float(rtol), chosen, asked, int(max_steps), tuple(others))
+    chosen = _method(model) if method == "auto" else method
+    return Plan(t0, end, settle, float(rtol), chosen, _times(times, model, t0, end), int(max_steps))
 
 
-def _methods(model: Model) -> tuple[str, ...]:
-    """The fastest method at equal error, as measured, and those that fit where it gives up, in turn.
+def _method(model: Model) -> str:
+    """The fastest method at equal error, as measured, that does not fail.
 
     On rods with inertia LSODA, which starts every leg with explicit steps, gives up at some; and where damping is light
     BDF follows, or is unstable on, every mode of the grid.
     """
     if not isinstance(model, Rod) or not model.has_inertia:
-        return "LSODA", "BDF", "Radau"
+        return "LSODA"
     inertia = (model.translational_inertia or 0.0) + (model.rotary_inertia or 0.0)
-    light = model.damping < LIGHT * np.sqrt(inertia)
-    return ("Gauss", "Radau", "BDF") if light else ("BDF", "Gauss", "Radau")
+    return "Gauss" if model.damping < LIGHT * np.sqrt(inertia) else "BDF"
 
 
 def _end(until: Until, model: Model, t0: float) -> float:
@@ -381,6 +372,6 @@ def rest(plan: Plan, problem: Problem, largest: float) -> Stop:
         largest = max(largest, float(np.abs(y[curvatures]).max()))
         if t < settled:
             return None
-        return "at_rest" if kern.unrest(t - kern.start, y) <= plan.rtol * largest else None
+        return "at_rest" if kern.unrest(t, y) <= plan.rtol * largest else None
 
     return resting

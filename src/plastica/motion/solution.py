@@ -270,7 +270,6 @@ class Solution:
             and (self.status, self.counts, self.method, self.rtol, self.atol, self.initial, self.notes)
             == (other.status, other.counts, other.method, other.rtol, other.atol, other.initial, other.notes)
             and np.array_equal(self.history.t, other.history.t)
-            and np.array_equal(self.history.rest, other.history.rest)
             and np.array_equal(self.history.y, other.history.y)
             and np.array_equal(self.history.first, other.history.first)
         )

@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from plastica.errors import ArgumentError
 from plastica.motion.history import History
-from plastica.motion.instant import Instant
 from plastica.motion.integrate import Leg, Options, Stop, integrate
 from plastica.motion.itinerary import itinerary
 from plastica.motion.keeping import Keeping, keeping_in
 from plastica.motion.plan import Plan, Problem, Until, make_plan, make_problem, met_start, rest
 from plastica.motion.record import Counts
-from plastica.motion.relay import given_up, last_method, next_method, when_and_why
 from plastica.motion.resolution import coarse, on_given_nodes
 from plastica.motion.retention import Retention
 from plastica.motion.solution import Solution
@@ -105,8 +103,7 @@ def solve(
     method : str
         SciPy's "LSODA", "DOP853", "Radau" or "BDF"; "Gauss", collocation in time that conserves energy; or "auto", the
         fastest at equal error of those that never failed in the cases measured: LSODA for a strut, BDF for a rod with
-        inertia, Gauss for one with little or no damping. Where that gives up, "auto" goes on with the next method that
-        fits, and says so in status and notes; a method that was chosen by name is never replaced.
+        inertia, Gauss for one with little or no damping.
     times : sequence of float, optional
         Times of the dataset, increasing; by default the accepted steps.
     curvature_rate : number, text in s, function, Shape or nodal values
@@ -246,32 +243,25 @@ def _run(
 
 
 def _fresh(problem: Problem, plan: Plan, kept: Retention, *, watch_nodes: bool) -> Iterator[Leg]:
-    """Legs that are still to be computed after those that are kept, to which whoever takes them adds them.
-
-    Where a method gives up, the next one goes on from the last state that was accepted.
-    """
-    while (method := next_method(plan, kept.legs, kept.steps)) is not None:
-        yield from _on_with(method, problem, plan, kept, watch_nodes=watch_nodes)
-
-
-def _on_with(method: str, problem: Problem, plan: Plan, kept: Retention, *, watch_nodes: bool) -> Iterator[Leg]:
-    now, y, moving, legs = Instant(plan.t0), problem.y0, None, kept.legs
+    """Legs that are still to be computed after those that are there."""
+    t, y, moving, legs = plan.t0, problem.y0, None, kept.legs
     if legs:
-        now, y, moving = legs[-1].history.last, legs[-1].history.y[-1], legs[-1].moving_next
-    share = BDF_SHARE if method == "BDF" else STEP_SHARE
+        t, y, moving = legs[-1].history.end, legs[-1].history.y[-1], legs[-1].moving_next
+    taken = kept.steps
+    unfinished = not legs or legs[-1].ending in ("landed", "switched", "full")
+    if not (unfinished and t < plan.end and taken < plan.max_steps):
+        return iter(())
+    share = BDF_SHARE if plan.method == "BDF" else STEP_SHARE
     options = Options(
-        method,
+        plan.method,
         max(share * plan.rtol, SMALLEST_RTOL),
         share * problem.atol,
         leg_steps=LEG_STEPS,
         most_steps=plan.max_steps,
     )
     stop = _stop(problem, plan, np.maximum(kept.met, np.abs(problem.y0)), watch_nodes=watch_nodes)
-    # All of them, as for a run that begins: those taken up in the middle keep their longest steps and their clocks.
-    stretches = itinerary(problem.strut, plan.t0, plan.end)
-    ahead = [each for each in stretches if now.until(each.end) > 0.0]
-    since = now if now.since(ahead[0].start) > 0.0 else None
-    return integrate(problem.strut, y, ahead, options, since=since, moving=moving, taken=kept.steps, stop=stop)
+    stretches = itinerary(problem.strut, t, plan.end)
+    return integrate(problem.strut, y, stretches, options, moving=moving, taken=taken, stop=stop)
 
 
 def _stop(problem: Problem, plan: Plan, met: Array, *, watch_nodes: bool) -> Stop | None:
@@ -288,10 +278,10 @@ def _stop(problem: Problem, plan: Plan, met: Array, *, watch_nodes: bool) -> Sto
 
 
 def _status(plan: Plan, legs: Sequence[Leg], steps: int, strut: Model) -> Status:
-    last, replaced = legs[-1], given_up(plan, legs, strut)
-    t, reason = when_and_why(last, strut)
-    found = status(_code(plan, last), t=t, method=last_method(plan, legs), steps=steps, reason=reason)
-    return replace(found, sentence=" ".join([found.sentence, *replaced]))
+    last = legs[-1]
+    t = f"{last.history.end * strut.scales.time:.6g} {strut.time_unit}"
+    reason = last.message.rstrip(".") or "no reason given"
+    return status(_code(plan, last), t=t, method=plan.method, steps=steps, reason=reason)
 
 
 def _code(plan: Plan, last: Leg) -> str:
@@ -320,12 +310,12 @@ def _solution(problem: Problem, plan: Plan, ran: _Ran) -> Solution:
         legs=(starts, moving[:, 0] if problem.strut.segments == 1 else moving),
         status=_status(plan, legs, counts.steps, problem.strut),
         counts=counts,
-        method=last_method(plan, legs),
+        method=plan.method,
         rtol=plan.rtol,
         atol=float(problem.atol[0]),
         times=_reached(plan.times, history, problem.strut.scales.time),
         initial=problem.words,
-        notes=(*problem.notes, *given_up(plan, legs, problem.strut), *(() if ran.kept.whole else (THINNED,))),
+        notes=problem.notes if ran.kept.whole else (*problem.notes, THINNED),
         wall=ran.wall,
         first_natural=problem.first_natural,
     )

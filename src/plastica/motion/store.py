@@ -51,9 +51,6 @@ BLOCK = 2**24
 """Bytes of values that are digested at once."""
 
 HISTORY = ("node_t", "node_y", "first_node", "leg_start", "leg_moving")
-REST = "node_rest"
-"""In the history too, but not in older files: what the nodes' times are beyond the nearest double."""
-
 _NEEDED = frozenset(f"history/{name}" for name in HISTORY)
 
 
@@ -87,7 +84,6 @@ def write(solution: Solution, path: str | Path) -> Path:
     group = xarray.Dataset(
         {
             "node_t": ("node", history.t),
-            "node_rest": ("node", history.rest),
             "node_y": (("node", "component"), history.y),
             "first_node": ("step_end", history.first),
             "leg_start": ("leg", starts),
@@ -142,8 +138,7 @@ def read(path: str | Path) -> Solution:
     try:
         with h5py.File(source, "r") as file:
             meta = _opened(file, source)
-            there = [*HISTORY, REST] if REST in file["history"] else HISTORY
-            arrays = {name: np.asarray(file[f"history/{name}"][()]) for name in there}
+            arrays = {name: np.asarray(file[f"history/{name}"][()]) for name in HISTORY}
         return _rebuilt(meta, arrays)
     except FileError:
         raise
@@ -187,14 +182,11 @@ def _meta(solution: Solution) -> dict[str, Any]:
 
 def _rebuilt(meta: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Solution:
     model = model_from_dict(meta["model"])
-    rest = arrays.get(REST, np.zeros(arrays["node_t"].size))
-    history = History(arrays["node_t"], arrays["node_y"], arrays["first_node"].astype(np.int64), rest)
+    history = History(arrays["node_t"], arrays["node_y"], arrays["first_node"].astype(np.int64))
     nodes, layout, starts = history.t.size, model.layout, arrays["leg_start"].size
     moving = arrays["leg_moving"].astype(bool)
     sound = (
         history.y.shape == (nodes, layout.size)
-        and rest.shape == history.t.shape
-        and np.all(np.abs(rest) <= np.spacing(np.abs(history.t)))
         and history.first.size >= 1
         and history.first[0] == 0
         and (history.steps == 0 or (history.first[-1] == nodes and np.all(np.diff(history.first) >= 2)))

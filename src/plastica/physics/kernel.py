@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plastica.physics.model import Model
-from plastica.physics.natural import Drives, Excess, Yields, drives, natural_law, yielding
+from plastica.physics.natural import Excess, Yields, natural_law, yielding
 
 if TYPE_CHECKING:
     from plastica.numerics.gauss import Watch
 
-__all__ = ["Kernel", "Moment", "Rate", "kernel", "load_moment"]
+__all__ = ["Kernel", "Moment", "kernel", "load_moment"]
 
 Array = NDArray[np.float64]
 Rate = Callable[[float, Array], Array]
@@ -34,16 +34,12 @@ class Kernel:
 
     Attributes
     ----------
-    start : float
-        Where the stretch begins: the times that the functions take count from there.
     rate, jacobian : callable
         dy/dt and its derivative by y at (t, y), y as in `physics.layout`.
     excess : callable
         |D| - Theta of a state y by segment; positive where the natural curvature moves.
     yields : callable
         Whether the natural curvature moves in a state y, by segment.
-    drives : Drives
-        Drives and thresholds of many states.
     unrest : callable
         Norm of what moves at (t, y): rates of curvature and natural curvature, and with inertia the imbalance of
         moments too, since a rod that swings stands still at its turning points.
@@ -51,18 +47,16 @@ class Kernel:
         What the error of a step of `numerics.gauss` is measured in, for absolute tolerances of the state's components.
     """
 
-    start: float
     rate: Rate
     jacobian: Callable[[float, Array], Array]
     excess: Excess
     yields: Yields
-    drives: Drives
     unrest: Callable[[float, Array], float]
     watch: Callable[[Array], Watch]
 
 
 def kernel(model: Model, start: float, end: float) -> Kernel:
-    """Build the ODE of `model` for the times [start, end], between which no load may jump; its time is 0 at `start`."""
+    """Build the ODE of `model` for the times [start, end], between which no load may jump."""
     moment, slope = load_moment(model, start, end)
     excess, yields = yielding(model)
     if model.has_inertia:
@@ -71,16 +65,15 @@ def kernel(model: Model, start: float, end: float) -> Kernel:
         parts = inertial.mover(model, moment)
         rate, jacobian = inertial.inertial_rate(parts), inertial.inertial_jacobian(parts, slope)
         watch = partial(inertial.watch_on, parts.rod)
-        return Kernel(start, rate, jacobian, excess, yields, drives(model), inertial.inertial_unrest(parts), watch)
+        return Kernel(rate, jacobian, excess, yields, inertial.inertial_unrest(parts), watch)
     rate = _uniform_rate(model, moment) if model.segments == 1 else _rate(model, moment)
-    bending = _jacobian(model, moment, slope)
-    return Kernel(start, rate, bending, excess, yields, drives(model), _unrest(model, rate), _everything)
+    return Kernel(rate, _jacobian(model, moment, slope), excess, yields, _unrest(model, rate), _everything)
 
 
 def load_moment(model: Model, start: float, end: float) -> tuple[Moment, Moment]:
-    """Functions of (t - start, theta): couple of the loads, and its slope by theta, without work for absent loads."""
+    """Functions of (t, theta): couple of the loads, and its slope by theta, without work for absent loads."""
     thrust, transverse, couple, weight = (
-        program.since(start, end)
+        program.on(start, end)
         for program in (model.loads.thrust, model.loads.transverse, model.loads.couple, model.loads.weight)
     )
     B = model.grid.B

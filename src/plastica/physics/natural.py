@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from plastica.material.material import Laws
 from plastica.physics.model import Model
 
-__all__ = ["Drives", "Excess", "NaturalLaw", "Yields", "drives", "natural_law", "yielding"]
+__all__ = ["Excess", "NaturalLaw", "Yields", "natural_law", "yielding"]
 
 Array = NDArray[np.float64]
 Excess = Callable[[Array], Sequence[float]]
@@ -60,52 +60,6 @@ class NaturalLaw:
         out[spent, : n + m] = (self.lengths * drive) @ out[n : n + m, : n + m]
         out[spent, :n] += (self.lengths * rates) @ self.means
         out[spent, n : n + m] += self.lengths * rates * drive_slope
-
-
-@dataclass(frozen=True, eq=False)
-class Drives:
-    """Drives and thresholds of states, for those who look for where one passes the other.
-
-    Attributes
-    ----------
-    law : NaturalLaw
-        The law of the natural curvature.
-    columns : slice
-        Where a state has the natural curvatures.
-    linear : ndarray, shape (m, size)
-        Takes a state to the part of the drives that is linear in it: means of the curvature less natural curvatures.
-    """
-
-    law: NaturalLaw
-    columns: slice
-    linear: Array
-
-    def sides(self, states: Array) -> tuple[Array, Array]:
-        """Drives and thresholds; states of shape (k, size), both of shape (k, m)."""
-        mu_nat = states[:, self.columns]
-        drive = states @ self.linear.T - self.law.laws.preference.slope(mu_nat)
-        return np.asarray(drive), np.asarray(self.law.laws.threshold.value(mu_nat))
-
-    def straight(self, state: Array, moving: Sequence[bool]) -> Array:
-        """Rows that take small changes of a state to those of drives, where it moves to those of excess; (m, size)."""
-        mu_nat = state[self.columns]
-        drive = self.linear.dot(state) - self.law.laws.preference.slope(mu_nat)
-        sign = np.where(drive > 0.0, 1.0, -1.0)
-        rows = sign[:, None] * self.linear
-        m = len(rows)
-        moves = sign * self.law.laws.preference.second(mu_nat) + self.law.laws.threshold.slope(mu_nat)
-        rows[np.arange(m), self.columns.start + np.arange(m)] -= np.where(moving, moves, 0.0)
-        return rows
-
-
-def drives(model: Model) -> Drives:
-    """Return what tells the drives and thresholds of a model's states."""
-    law, columns = natural_law(model), model.layout.natural_columns
-    m, n = law.means.shape
-    linear = np.zeros((m, model.layout.size))
-    linear[:, :n] = law.means
-    linear[np.arange(m), columns.start + np.arange(m)] = -1.0
-    return Drives(law, columns, linear)
 
 
 def natural_law(model: Model) -> NaturalLaw:

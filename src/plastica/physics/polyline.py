@@ -157,13 +157,6 @@ class Polyline:
         ArgumentError
             If there is a jump inside.
         """
-        return self._between(a, b, 0.0)
-
-    def since(self, a: float, b: float) -> Piece:
-        """Return the function on [a, b] of the time since a; like `on`, and as sharp however late a is."""
-        return self._between(a, b, a)
-
-    def _between(self, a: float, b: float, origin: float) -> Piece:
         first = int(np.searchsorted(self.times, a + near(a), side="right"))
         last = max(int(np.searchsorted(self.times, b - near(b), side="left")), first)
         inside = slice(first, last)
@@ -172,11 +165,9 @@ class Polyline:
         pieces = [self.anchor(piece) for piece in range(first, last + 1)]
         if all(slope == 0.0 for _, _, slope in pieces):
             return pieces[0][1]
-        # The difference of two times is rounded once: neither loses what lies between them.
-        pieces = [(t - origin, value, slope) for t, value, slope in pieces]
         if len(pieces) == 1:
             return _line(*pieces[0])
-        return _lines([float(t) - origin for t in self.times[inside]], pieces)
+        return _lines([float(t) for t in self.times[inside]], pieces)
 
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the jumps and changes of slope in (0, until], in order.

@@ -155,14 +155,6 @@ class Program(ABC):
             If there is a jump inside.
         """
 
-    def since(self, a: float, b: float) -> Piece:
-        """Return the program on [a, b] as a function of the time since a, as `on` does of the time itself.
-
-        Where a is late, a + t is coarse: what is given by its knots is as sharp there as anywhere.
-        """
-        piece = self.on(a, b)
-        return (lambda t: piece(a + t)) if callable(piece) and a else piece
-
     @abstractmethod
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the jumps and changes of slope in (0, until], in order and distinct.
@@ -285,10 +277,6 @@ class Polygonal(Program):
     def on(self, a: float, b: float) -> Piece:
         """Return the program on [a, b]; see `Program.on`."""
         return self.rows(a, b).on(a, b)
-
-    def since(self, a: float, b: float) -> Piece:
-        """Return the program on [a, b] as a function of the time since a; see `Program.since`."""
-        return self.rows(a, b).since(a, b)
 
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the jumps and changes of slope in (0, until]; see `Program.knots`."""

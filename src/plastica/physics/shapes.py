@@ -60,10 +60,6 @@ class Constant(Polygonal):
         """Return the value; see `Program.on`."""
         return self.value
 
-    def since(self, a: float, b: float) -> float:
-        """Return the value; see `Program.since`."""
-        return self.value
-
     def describe(self, value_unit: str = "", time_unit: str = "") -> str:
         """Say in words what the program does; see `Program.describe`."""
         return value_words(self.value, self.value_unit or value_unit)

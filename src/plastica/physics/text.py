@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Text"]
 
-
 @lru_cache(maxsize=256)
 def _read(text: str, names: tuple[str, ...]) -> Expression:
     from plastica.material.expression import parse

@@ -144,15 +144,6 @@ class Sine(Program):
             return lambda t: low + half * (1.0 - cos(turn * ((t - start) / period % 1.0)))
         return lambda t: low + half * (1.0 - cos(turn * ((min(max(t, start), end) - start) / period % 1.0)))
 
-    def since(self, a: float, b: float) -> Piece:
-        """Return the program on [a, b] as a function of the time since a; see `Program.since`."""
-        if not callable(piece := self.on(a, b)):
-            return piece
-        # Times from a are rounded once, and the waves before it are taken off exactly.
-        start, end, phase = max(self.start - a, 0.0), self._end - a, math.fmod(max(a - self.start, 0.0), self.period)
-        low, half, period, cos, turn = self.low, 0.5 * (self.high - self.low), self.period, math.cos, 2.0 * math.pi
-        return lambda t: low + half * (1.0 - cos(turn * ((phase + (min(max(t, start), end) - start)) / period % 1.0)))
-
     def knots(self, until: float) -> tuple[Knot, ...]:
         """Return the begin and the end of the train; see `Program.knots` and `Knot`."""
         steepest = math.pi * (self.high - self.low) / self.period
