@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -79,7 +80,7 @@ def check_versions_are_told_apart(read: Callable[[Path, int], None], folder: Pat
     """A layout of later days is refused by name, with what to do; one that never was is damage."""
     with pytest.raises(FileError) as later:
         read(folder, 99)
-    assert "must have schema version 1, but is 99." in str(later.value)
+    assert re.search(r"must have schema version 1( to \d)?, but is 99\.", str(later.value))
     assert "It was written by a later plastica: read it with that one." in str(later.value)
     for schema in (0, -1):
         with pytest.raises(FileError, match=f"is damaged.*its schema version is {schema}") as never:

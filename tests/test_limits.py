@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import plastica as pl
 from plastica.errors import ArgumentError
-from tests.support import label, materials, pair, reference, shapes, solution_of
+from tests.support import EPS, label, materials, pair, reference, shapes, solution_of
 
 CASES = [pytest.param(case, id=label(case)) for case in reference()]
 PATIENT = 3.0
@@ -271,7 +271,8 @@ def check_an_excess_below_the_tolerance(until: float) -> None:
     assert abs(sol.limit.rate - early.limit.rate) <= 1e-6 * early.limit.rate
     assert [event.kind for event in sol.events] == ["onset", "arrest", "onset", "quarter_turn"]
     assert 0.0 <= sol.limit.excess <= early.limit.excess
-    assert np.all(sol.limit.tail([0.0, 1e9]) <= sol.limit.excess)
+    # To rounding: at once the power of a power is the excess again.
+    assert np.all(sol.limit.tail([0.0, 1e9]) <= sol.limit.excess * (1.0 + 8.0 * EPS))
 
 
 @pytest.mark.parametrize("until", [1e5, 1e6, 1e7])

@@ -175,6 +175,16 @@ def test_a_wrong_name_is_a_mistake(name: str, tmp_path: Path, sol: pl.Solution) 
     assert not isinstance(told.value, StorageError)
 
 
+def test_a_name_that_is_no_text(tmp_path: Path) -> None:
+    """A scenario whose file name is not UTF-8 runs like any other; results spell its name with an escape."""
+    name = os.fsdecode(b"bad\xff.toml")
+    written(tmp_path, scenario(), name)
+    answer = call("run", tmp_path / name, "--output", tmp_path / "out", "--no-report", "--no-film")
+    assert answer.code == 0, answer
+    (result,) = (tmp_path / "out").glob("*.nc")
+    assert pl.read(result).provenance["scenario_file"] == "bad\\udcff.toml"
+
+
 def test_want_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = written(tmp_path, scenario())
     monkeypatch.setattr(store, "write", failing(MemoryError()))

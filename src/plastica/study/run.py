@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from plastica.errors import FileError, unusable
+from plastica.errors import FileError, one_line, unusable
 from plastica.files import refuse_overwriting
 from plastica.locks import held
 from plastica.motion.solution import Solution
@@ -155,7 +155,7 @@ def solved(
 def described(scenario: Scenario, solution: Solution) -> Solution:
     """Return a solution with the scenario in its provenance, and the hypotheses that it waives first in its notes."""
     waived = tuple(f"hypothesis waived by allow_inadmissible: {each.sentence}" for each in scenario.failed)
-    origin = {"scenario": scenario.text, "scenario_file": scenario.file.name}
+    origin = {"scenario": scenario.text, "scenario_file": one_line(scenario.file.name)}
     if scenario.title:
         origin["title"] = scenario.title
     return replace(solution, notes=(*waived, *solution.notes)).with_provenance(**origin)
