@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plastica.equilibria import eigen, linear, oscillation, spectrum
-from plastica.equilibria import projection as projections
+from plastica.equilibria import eigen, equilibrium, linear, oscillation, spectrum
 from plastica.equilibria.linear import Discrete
 from tests import test_asymptotic_phase as moving
 from tests import test_spectrum as claims
@@ -31,6 +30,16 @@ def _cached(name: str, made: Callable[[Discrete, Any], Any]) -> Callable[[Patch]
     return spoil
 
 
+def _both(*defects: Callable[[Patch], None]) -> Callable[[Patch], None]:
+    """One defect in two places."""
+
+    def spoil(patch: Patch) -> None:
+        for defect in defects:
+            defect(patch)
+
+    return spoil
+
+
 def _nystroem(discrete: Discrete, _sound: Any) -> Any:
     """J by the weights of the nodes up to each: the kernel's kink on the diagonal is not seen."""
     w = discrete.grid.w
@@ -47,8 +56,8 @@ def _definite(discrete: Discrete, _sound: Any) -> Any:
 def _upside_down(sound: Any) -> Any:
     """theta_0'(1) with the wrong sign."""
 
-    def ends(gamma: Any, alpha: Any) -> Any:
-        found = sound(gamma, alpha)
+    def ends(gamma: Any, alpha: Any, depth: Any = None) -> Any:
+        found = sound(gamma, alpha, depth)
         return found._replace(theta0_slope=-found.theta0_slope)
 
     return ends
@@ -88,13 +97,17 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a fold is a large neighbourhood": _changed(spectrum, "FOLD_TOLERANCE", lambda sound: 1e-3),
     "no fold is seen": _changed(spectrum, "FOLD_TOLERANCE", lambda sound: -1.0),
     "the count sees no fold": _changed(oscillation, "FOLD_TOLERANCE", lambda sound: -1.0),
-    "the slope at the end upside down": _changed(oscillation, "ends", _upside_down),
+    "the slope at the end upside down": _both(
+        _changed(oscillation, "ends", _upside_down), _changed(equilibrium, "ends", _upside_down)
+    ),
     "no term of the free end": _changed(oscillation, "ends", _without_end),
-    "one zero too few": _changed(oscillation, "_poles", lambda sound: lambda g, a: np.maximum(sound(g, a) - 2, 0)),
-    "zeros of a straight rod": _changed(oscillation, "_poles", lambda sound: lambda g, a: sound(g, 0.0 * a)),
+    "one zero too few": _changed(
+        oscillation, "_poles", lambda sound: lambda g, a, depth: np.maximum(sound(g, a, depth) - 2, 0)
+    ),
+    "zeros of a straight rod": _changed(oscillation, "_poles", lambda sound: lambda g, a, d: sound(g, 0.0 * a, d)),
     "the gap of the second mode": _second_gap,
     "the kernel of a neighbour": _changed(
-        spectrum, "profile", lambda sound: lambda gamma, alpha, s: sound(gamma, alpha + 1e-6, s)
+        spectrum, "profile", lambda sound: lambda gamma, alpha, s, depth: sound(gamma, alpha + 1e-6, s, depth)
     ),
     "no natural curvature in L": _changed(
         spectrum,
@@ -105,7 +118,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
         linear, "profile", _returning(lambda found: found._replace(phi=found.phi + np.pi))
     ),
     "theta_0 for its slope": _changed(
-        projections, "profile", _returning(lambda found: found._replace(theta0_slope=found.theta0))
+        equilibrium, "profile", _returning(lambda found: found._replace(theta0_slope=found.theta0))
     ),
 }
 

@@ -199,7 +199,7 @@ DEFECTS: dict[str, Plant] = {
         rest.Rest, "admissible", lambda shape, _: bool(np.any(np.abs(shape.drive) <= shape.threshold))
     ),
     "gone on with from rest": replacing(plan, "_taken_up", lambda sound: lambda *a: without_rate(sound(*a))),
-    "checkpoint in single precision": replacing(checkpoint.Checkpoint, "_leg", single_precision),
+    "checkpoint in single precision": replacing(checkpoint, "_leg", single_precision),
     "files forget the damping": replacing(store, "INERTIA", lambda sound: sound[:2]),
     "files forget the segments": replacing(
         store, "model_to_dict", lambda sound: lambda model: {**sound(model), "natural_segments": 3}
