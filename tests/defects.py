@@ -23,6 +23,16 @@ Array = np.ndarray
 Change = Callable[[Strut, float, Array, Array], None]
 
 
+def both(*spoils: Callable[[Patch], None]) -> Callable[[Patch], None]:
+    """Several defects at once."""
+
+    def spoil(patch: Patch) -> None:
+        for each in spoils:
+            each(patch)
+
+    return spoil
+
+
 def replacing(place: Any, name: str, made: Callable[[Any], Any]) -> Callable[[Patch], None]:
     """A defect that puts something made of the sound thing in its place."""
 

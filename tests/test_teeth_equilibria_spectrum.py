@@ -12,6 +12,7 @@ from plastica.equilibria import eigen, equilibrium, linear, oscillation, spectru
 from plastica.equilibria.linear import Discrete
 from tests import test_asymptotic_phase as moving
 from tests import test_spectrum as claims
+from tests.defects import both
 
 Patch = pytest.MonkeyPatch
 
@@ -26,16 +27,6 @@ def _cached(name: str, made: Callable[[Discrete, Any], Any]) -> Callable[[Patch]
     def spoil(patch: Patch) -> None:
         sound = vars(Discrete)[name].func
         patch.setattr(Discrete, name, property(lambda self: made(self, sound(self))))
-
-    return spoil
-
-
-def _both(*defects: Callable[[Patch], None]) -> Callable[[Patch], None]:
-    """One defect in two places."""
-
-    def spoil(patch: Patch) -> None:
-        for defect in defects:
-            defect(patch)
 
     return spoil
 
@@ -97,7 +88,7 @@ DEFECTS: dict[str, Callable[[Patch], None]] = {
     "a fold is a large neighbourhood": _changed(spectrum, "FOLD_TOLERANCE", lambda sound: 1e-3),
     "no fold is seen": _changed(spectrum, "FOLD_TOLERANCE", lambda sound: -1.0),
     "the count sees no fold": _changed(oscillation, "FOLD_TOLERANCE", lambda sound: -1.0),
-    "the slope at the end upside down": _both(
+    "the slope at the end upside down": both(
         _changed(oscillation, "ends", _upside_down), _changed(equilibrium, "ends", _upside_down)
     ),
     "no term of the free end": _changed(oscillation, "ends", _without_end),

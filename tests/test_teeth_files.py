@@ -18,7 +18,7 @@ from plastica.motion import checkpoint, retention, store
 from plastica.motion.history import History
 from plastica.study import run as runs
 from tests import test_bounds_of_files, test_refusals, test_resuming, test_retention
-from tests.defects import Patch, replacing
+from tests.defects import Patch, both, replacing
 from tests.test_bounds_of_files import sound
 from tests.test_teeth import CAUGHT
 
@@ -76,16 +76,6 @@ def unlocked(_: Any) -> Any:
 def through_links(_: Any) -> Any:
     """A folder is made, or found, through a link as well."""
     return lambda path: path.mkdir(exist_ok=True)
-
-
-def both(*spoils: Callable[[Patch], None]) -> Callable[[Patch], None]:
-    """Several defects at once."""
-
-    def spoil(patch: Patch) -> None:
-        for each in spoils:
-            each(patch)
-
-    return spoil
 
 
 def first_slope(_: Any) -> Any:
